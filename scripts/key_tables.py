@@ -15,15 +15,7 @@ from pydantic.fields import FieldInfo
 from trueloop.described import meanings
 from trueloop.domain.option import unit_of
 from trueloop.formats import cell_toml
-from trueloop.formats.jobs import (
-    correction_tables,
-    job,
-    milled_job,
-    part_tables,
-    probe_toml,
-    surface_job,
-    tool_tables,
-)
+from trueloop.formats.jobs import correction_tables, job, milled_job, part_tables, probe_toml, surface_job, tool_tables
 from trueloop.formats.toml_tables import In
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, PartDiagnosisShape, SeriesDiagnosisShape

@@ -185,10 +185,7 @@ def table(parts: Sequence[Held], inputs: Inputs) -> list[str]:
     groups = [(feature.name, [k]) for k, feature in enumerate(profile.features)]
     others = [k for k in range(len(profile.features)) if k not in read]
     groups += [("features read", read), ("features not read", others), ("all", [*read, *others])]
-    lines = [
-        "| | Read | Before, RMS µm | After, RMS µm | ±U, RMS µm | Inside ±U |",
-        "|---|--:|--:|--:|--:|--:|",
-    ]
+    lines = ["| | Read | Before, RMS µm | After, RMS µm | ±U, RMS µm | Inside ±U |", "|---|--:|--:|--:|--:|--:|"]
     counts = [int(np.count_nonzero(inputs.touches.feature_index == k)) for k in range(len(profile.features))]
     for name, indices in groups:
         chosen = [np.isin(part.feature_index, indices) for part in parts]

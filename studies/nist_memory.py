@@ -50,13 +50,7 @@ def made_part(part: NistPart, order: float) -> MadePart:
 
     places = cut_errors(part.profile, touches)
     return MadePart(
-        part.family.name,
-        part.number,
-        "as reported",
-        order,
-        places,
-        replace(places, error_mm=finish),
-        published,
+        part.family.name, part.number, "as reported", order, places, replace(places, error_mm=finish), published
     )
 
 

@@ -19,10 +19,7 @@ from trueloop_lab.simulator.nose import Nose, Transfer, path_along
 from trueloop_lab.simulator.process import Repeatability, Stock
 
 AT_DEG: Final = (0.0, 18.0, 36.0, 54.0, 72.0, 90.0, 108.0)
-CORNERS_UM: Final = {
-    "1": (-2.0, -9.0, -24.0, -31.0, -22.0, -6.0, 2.0),
-    "2": (1.0, 4.0, -3.0, -12.0, -15.0, -9.0, -3.0),
-}
+CORNERS_UM: Final = {"1": (-2.0, -9.0, -24.0, -31.0, -22.0, -6.0, 2.0), "2": (1.0, 4.0, -3.0, -12.0, -15.0, -9.0, -3.0)}
 """Radius errors of the insert's corners as they are mounted, at AT_DEG of contact angle; negative: worn."""
 WEARS_UM: Final = (-0.1, -0.4, -1.0, -1.2, -0.9, -0.3, 0.0)
 """What one part more adds."""

@@ -39,10 +39,7 @@ def _five_axes() -> object:
     return _wired(("KINS", "KINEMATICS", "5axiskins"))
 
 
-PRODUCERS: dict[Code, Callable[[], object]] = {
-    Code.RTC_BUILD: lambda: check_version("2.8.4"),
-    Code.RTC_HAL: _five_axes,
-}
+PRODUCERS: dict[Code, Callable[[], object]] = {Code.RTC_BUILD: lambda: check_version("2.8.4"), Code.RTC_HAL: _five_axes}
 HAL = "a configuration"
 OTHERS: dict[str, Callable[[], object]] = {
     "two joints of one axis": lambda: _wired(("KINS", "KINEMATICS", "trivkins coordinates=xx")),

@@ -34,10 +34,7 @@ def _named(mode: bytes, *changes: tuple[bytes, bytes]) -> object:
     return _table((NAMED, mode), *changes)
 
 
-IN_A_SUBPROGRAM = (
-    (WAY_IN, b"O100 sub\n"),
-    (LAST, LAST + b"O100 endsub\n" + WAY_IN + b"O100 call\n"),
-)
+IN_A_SUBPROGRAM = ((WAY_IN, b"O100 sub\n"), (LAST, LAST + b"O100 endsub\n" + WAY_IN + b"O100 call\n"))
 SPLIT = (b"G1 X[#46+0.0625] Z[-1.76875", b"G1 X[#46+0.0625] Z-3\nG1 X[#46+0.0625] Z[-1.76875")
 """The main cylinder in two blocks."""
 

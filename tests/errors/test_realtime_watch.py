@@ -10,7 +10,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.realtime.samples_csv import read_samples
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
-    Code.RTC_SAMPLES: lambda: read_as_file("time_s,command_x_mm\n0.0,0.0\n0.001,0.0\n", read_samples),
+    Code.RTC_SAMPLES: lambda: read_as_file("time_s,command_x_mm\n0.0,0.0\n0.001,0.0\n", read_samples)
 }
 
 

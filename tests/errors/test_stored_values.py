@@ -5,6 +5,4 @@ from collections.abc import Callable
 from trueloop.domain.codec import Codec
 from trueloop.errors import Code
 
-PRODUCERS: dict[Code, Callable[[], object]] = {
-    Code.VAL_FORM: lambda: Codec.of().from_json('{"type": "Shift"}', object),
-}
+PRODUCERS: dict[Code, Callable[[], object]] = {Code.VAL_FORM: lambda: Codec.of().from_json('{"type": "Shift"}', object)}

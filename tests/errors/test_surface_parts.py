@@ -23,7 +23,4 @@ def _drifting() -> object:
     return as_findings(NoticedPart("S07", (Alarm(What.DRIFT, 2.4e-4, says),)))
 
 
-PRODUCERS: dict[Code, Callable[[], object]] = {
-    Code.SRF_STORED: _of_another_surface,
-    Code.SRF_DRIFT: _drifting,
-}
+PRODUCERS: dict[Code, Callable[[], object]] = {Code.SRF_STORED: _of_another_surface, Code.SRF_DRIFT: _drifting}

@@ -14,14 +14,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from tests.support.asphere_part import (
-    NOSE_MM,
-    error_mm,
-    lens_inputs,
-    lens_touches,
-    lines_program,
-    loop_program,
-)
+from tests.support.asphere_part import NOSE_MM, error_mm, lens_inputs, lens_touches, lines_program, loop_program
 from tests.support.curves import LENS, arc_as_curve
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.standoff import standoff_mm

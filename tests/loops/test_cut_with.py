@@ -222,8 +222,7 @@ def test_it_is_asked_for_wherever_the_outputs_are(tmp_path: Path, first: str, se
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "program"),
-    [("part1", "part2", "f.nc"), ("jobs/11/part1", "jobs/12/part2", "../../../nc/f.nc")],
+    ("first", "second", "program"), [("part1", "part2", "f.nc"), ("jobs/11/part1", "jobs/12/part2", "../../../nc/f.nc")]
 )
 def test_it_is_asked_for_where_a_job_in_another_folder_corrected_the_program(
     tmp_path: Path, first: str, second: str, program: str

@@ -5,14 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.machined_path import (
-    actual_mm,
-    corrected,
-    distances_mm,
-    interpreted_points,
-    rms,
-    run_points,
-)
+from tests.support.machined_path import actual_mm, corrected, distances_mm, interpreted_points, rms, run_points
 from tests.support.machines import chain_with_travel, random_model
 from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import Machine, MachineModel

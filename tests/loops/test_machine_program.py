@@ -40,13 +40,7 @@ def test_a_linear_scale_error_splits_nothing() -> None:
 def test_backlash_is_put_in_where_the_axis_turns_round() -> None:
     """Y turns round in the third block: a block that takes up the backlash, then the move."""
     after = corrected("G21 G1 X10. Y5. F100\nX20.\nY2.\nX30.\n", BACKLASH, SETUP)
-    assert after.splitlines() == [
-        "G21 G1 X10. Y5. F100",
-        "X20.",
-        "Y4.99000",
-        "Y1.99000",
-        "X30.",
-    ]
+    assert after.splitlines() == ["G21 G1 X10. Y5. F100", "X20.", "Y4.99000", "Y1.99000", "X30."]
 
 
 def test_an_arc_is_cut_where_an_axis_turns_round() -> None:

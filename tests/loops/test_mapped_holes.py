@@ -104,13 +104,7 @@ def test_a_return_to_an_unknown_height_stays_unknown_after_holes_that_end_at_the
 def test_holes_that_are_put_off_are_displaced_where_they_are_drilled(tmp_path: Path) -> None:
     source = "O1\nG21 G90\nG0 X0. Y0. Z20.\nG83 G99 Z-5. R2. Q3. F100. L0\nX200.\nG80\nG0 X0.\nM30\n"
     written = body(tmp_path, source, "haas-mill")
-    assert written[3:] == [
-        "G83 G99 Z-5. R2. Q3. F100. L0",
-        "X200.020 R2.022 Z-4.985",
-        "G80",
-        "G0 X0. Z2.002",
-        "M30",
-    ]
+    assert written[3:] == ["G83 G99 Z-5. R2. Q3. F100. L0", "X200.020 R2.022 Z-4.985", "G80", "G0 X0. Z2.002", "M30"]
 
 
 def test_a_tool_that_comes_back_to_the_plane_r_goes_on_from_there(tmp_path: Path) -> None:

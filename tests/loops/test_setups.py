@@ -16,18 +16,7 @@ import pytest
 from tests.support.cli import invoke, run
 from tests.support.grooved import Cutting
 from tests.support.linuxcnc import Tool, interpret
-from tests.support.two_sides import (
-    BORE,
-    FIRST,
-    FRAMES,
-    NOSE_MM,
-    PLACES,
-    SECOND,
-    first,
-    job,
-    measured_um,
-    second,
-)
+from tests.support.two_sides import BORE, FIRST, FRAMES, NOSE_MM, PLACES, SECOND, first, job, measured_um, second
 from trueloop.arrays import Array
 from trueloop.jobs.turned.compensate import corrected_part
 from trueloop.jobs.turned.job_files import JobFiles

@@ -333,9 +333,7 @@ def one_tool(folder: Path, names: Sequence[str], mounted: bool = False) -> Path:
 
 def test_a_number_alone_does_not_say_that_two_set_ups_have_one_edge(tmp_path: Path) -> None:
     """Named alike it is one edge; named otherwise two; named in one table only, or in none, it is asked for."""
-    for k, (names, edges) in enumerate(
-        ((("", ""), None), (("a", ""), 2), (("a", "a"), 1), (("a", "b"), 2)),
-    ):
+    for k, (names, edges) in enumerate(((("", ""), None), (("a", ""), 2), (("a", "a"), 1), (("a", "b"), 2))):
         path = one_tool(tmp_path / str(k), names)
         status = 3 if edges is None else 0
         said = run("compensate", path, "--serial", "P1", "-o", path.parent / "out", status=status)

@@ -231,11 +231,7 @@ UP_THE_WALL = (
 """The left corner's cut the other way round, left by X alone."""
 
 
-@pytest.mark.parametrize(
-    ("off_z_mm", "named_mm"),
-    [(0.009, -39.8), (-0.009, None)],
-    ids=["nearer", "further off"],
-)
+@pytest.mark.parametrize(("off_z_mm", "named_mm"), [(0.009, -39.8), (-0.009, None)], ids=["nearer", "further off"])
 def test_a_rapid_by_one_axis_ends_where_it_did_or_further_off(
     off_z_mm: float, named_mm: float | None, tmp_path: Path
 ) -> None:

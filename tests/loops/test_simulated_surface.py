@@ -16,12 +16,7 @@ from trueloop.statistics import rms
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop_lab.files.job import mill_and_trial
-from trueloop_lab.loops.surface import (
-    SimulatedSurface,
-    SurfaceTrial,
-    simulate_surface,
-    surface_trial,
-)
+from trueloop_lab.loops.surface import SimulatedSurface, SurfaceTrial, simulate_surface, surface_trial
 from trueloop_lab.simulator.mill import EndMill, VirtualMill
 from trueloop_lab.simulator.process import SurfaceProcess
 from trueloop_lab.simulator.zigzag import ZigzagOptions, program_text, zigzag

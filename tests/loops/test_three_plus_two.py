@@ -130,10 +130,7 @@ def test_the_program_itself_positions_the_tables(structure: str, sense: float) -
     """Once, with --at before it, and between cuts: the tool goes where the program states, in the work."""
     model, _ = _machine(structure, sense)
     first = structure[-2].upper()
-    for source, fixed in (
-        (ONCE, {first: math.radians(-30), "C": math.radians(45)}),
-        (BETWEEN, {}),
-    ):
+    for source, fixed in ((ONCE, {first: math.radians(-30), "C": math.radians(45)}), (BETWEEN, {})):
         text = source.replace("A", first)
         written = corrected(text, model, Setup({1: ZERO}, {-1: TOOL}, fixed=fixed), 0.0002)
         after, before = _off_um(structure, sense, text, written)

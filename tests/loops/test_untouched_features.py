@@ -68,8 +68,7 @@ def test_what_is_left_as_programmed_is_not_cut_otherwise(job: Path) -> None:
         assert correction.model.curves[index].unsupported
         s = np.linspace(0.0, correction.profile.features[index].length_mm, 5)
         np.testing.assert_array_equal(
-            correction.corrected[index].shifted.off_nominal_mm(s),
-            correction.commanded[index].shifted.off_nominal_mm(s),
+            correction.corrected[index].shifted.off_nominal_mm(s), correction.commanded[index].shifted.off_nominal_mm(s)
         )
     cone = names.index("cone")
     assert np.all(np.abs(correction.corrected[cone].shifted.off_nominal_mm([0.0, 20.0])) > 0.004)

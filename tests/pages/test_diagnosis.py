@@ -41,10 +41,7 @@ def said(page: str) -> str:
     ("found", "words"),
     [
         (diagnosis.guilty(), "Cause found: tool offset. Probability 95.5 %."),
-        (
-            diagnosis.torn(),
-            "One of 2 answers, which these data do not tell apart: tool offset; part-probe offset.",
-        ),
+        (diagnosis.torn(), "One of 2 answers, which these data do not tell apart: tool offset; part-probe offset."),
         (diagnosis.sound(), "Sound: nothing acts that 12 parts could show. Probability 98.1 %."),
         (None, "Nothing is concluded; the findings say why."),
     ],

@@ -90,11 +90,7 @@ def test_a_touch_left_out_is_predicted_as_the_formula_says(
     kept = np.arange(12) != k
     spline = model.curves[0].spline
     again = least_squares_spline(
-        vectors.arc_length_mm[kept],
-        vectors.error_mm[kept],
-        spline.interior_knots_mm,
-        spline.length_mm,
-        spline.degree,
+        vectors.arc_length_mm[kept], vectors.error_mm[kept], spline.interior_knots_mm, spline.length_mm, spline.degree
     ).spline
     # The formula predicts an outermost touch by the polynomial, which the curve leaves at its last touch.
     polynomial = replace(again, supported_mm=None)

@@ -12,11 +12,7 @@ from tests.support.splines import splines
 from trueloop.nc.program.program import read_program
 
 
-@given(
-    splines,
-    st.sampled_from(["G20", "G21"]),
-    st.sampled_from(["G90", "G91"]),
-)
+@given(splines, st.sampled_from(["G20", "G21"]), st.sampled_from(["G90", "G91"]))
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_linuxcnc_makes_the_same_moves(drawn: list[list[str]], unit: str, mode: str) -> None:
     blocks = [f"G17 {unit} {mode} F100", "G0 X1 Y2 Z3", *(block for spline in drawn for block in spline)]

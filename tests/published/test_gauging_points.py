@@ -5,15 +5,7 @@ import math
 
 import pytest
 
-from scripts.nist_parts import (
-    ALLOWANCE_IN,
-    FAMILIES,
-    NOSE_RADIUS_IN,
-    TABLE1_CSV,
-    NistPart,
-    parts,
-    profile_of,
-)
+from scripts.nist_parts import ALLOWANCE_IN, FAMILIES, NOSE_RADIUS_IN, TABLE1_CSV, NistPart, parts, profile_of
 from trueloop.geometry.feature import Arc
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import JunctionKind

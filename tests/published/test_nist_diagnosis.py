@@ -9,10 +9,7 @@ from scripts.nist_diagnosis import PAGE, falsified, page
 from scripts.nist_errors import Cut, errors, of_family, places_of
 from trueloop.diagnosis.features.feature_error import ErrorKind
 
-TABLE_4 = {
-    "1411.559": [3, 6, 9, 13],
-    "1511.561": [-4, -13, -25, -35],
-}
+TABLE_4 = {"1411.559": [3, 6, 9, 13], "1511.561": [-4, -13, -25, -35]}
 """Combined errors as printed, points 1 to 4: the large cylinder."""
 CONES = {"2511": [86, 88, 87, 88, 85], "2811": [95, 101, 107, 114, 115]}
 """Table 8, points 1 to 5."""

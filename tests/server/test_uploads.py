@@ -142,9 +142,7 @@ def test_a_part_is_made_measured_certified_and_released_over_http(service: Runni
     now = ana.get(f"orders/{number}")
     assert now.json()["parts"][0]["state"] == "measured"
     done = ana.post(
-        f"orders/{number}/parts/{part}/record",
-        {"step": 6, "why": "good"},
-        headers={"If-Match": now.headers["etag"]},
+        f"orders/{number}/parts/{part}/record", {"step": 6, "why": "good"}, headers={"If-Match": now.headers["etag"]}
     )
     assert done.json()["parts"][0]["state"] == "released", done.text
 

@@ -152,10 +152,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         fanuc_lathe_b="G21 G77 X10. Z-5. F.1\nX9.",
     ),
     "Threads in one pass": _for(
-        siemens="G71 G33 Z-5 K1",
-        linuxcnc="G21 G33 Z-5 K1",
-        lathe="G21 G32 Z-5. F1.",
-        fanuc_lathe_b="G21 G33 Z-5. F1.",
+        siemens="G71 G33 Z-5 K1", linuxcnc="G21 G33 Z-5 K1", lathe="G21 G32 Z-5. F1.", fanuc_lathe_b="G21 G33 Z-5. F1."
     ),
     "Drilling cycles": _for(
         heidenhain="0 BEGIN PGM A MM\n1 CYCL DEF 200 D ~\nQ200=1 ~\nQ201=-5 ~\nQ203=0\n2 L X+1 F9 M99",

@@ -77,10 +77,7 @@ def turned_on(before: Feature | None, name: str, heading_rad: float, size_mm: fl
     signed_radius = size_mm / sweep_rad
     end_heading = heading_rad - sweep_rad
     centre = (x - signed_radius * math.cos(heading_rad), z + signed_radius * math.sin(heading_rad))
-    end = (
-        centre[0] + signed_radius * math.cos(end_heading),
-        centre[1] - signed_radius * math.sin(end_heading),
-    )
+    end = (centre[0] + signed_radius * math.cos(end_heading), centre[1] - signed_radius * math.sin(end_heading))
     return Arc(name, (x, z), end, centre, sweep_rad)
 
 

@@ -21,17 +21,7 @@ import numpy as np
 
 from tests.support.grooved import Cutting
 from tests.support.linuxcnc import Move, Tool, interpret
-from tests.support.two_sides import (
-    BACK,
-    FIRST,
-    FRONT,
-    OUT,
-    Place,
-    along,
-    first,
-    setup_toml,
-    surface_mm,
-)
+from tests.support.two_sides import BACK, FIRST, FRONT, OUT, Place, along, first, setup_toml, surface_mm
 from tests.support.two_sides import PLACES as UNGROOVED
 from tests.support.two_sides import PROFILE as UNGROOVED_PROFILE
 from trueloop.arrays import Array

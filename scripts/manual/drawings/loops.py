@@ -24,12 +24,7 @@ def three_loops() -> str:
         curve("M95,88 C95,38 485,38 485,88", "good"),
         arrow((95, 76), (95, 88), "good"),
         arrow((485, 76), (485, 88), "good"),
-        text(
-            (290, 26),
-            "1  real time: the machine's errors, at the temperatures of the moment",
-            "ok",
-            "middle",
-        ),
+        text((290, 26), "1  real time: the machine's errors, at the temperatures of the moment", "ok", "middle"),
     ]
     process = [
         curve("M290,154 C290,214 485,214 485,160", "plus"),
@@ -39,11 +34,6 @@ def three_loops() -> str:
     post = [
         curve("M680,154 C680,290 95,290 95,160", "minus"),
         arrow((95, 172), (95, 154), "minus"),
-        text(
-            (388, 282),
-            "3  post-process: offsets, memory, machine model for the parts that follow",
-            "off",
-            "middle",
-        ),
+        text((388, 282), "3  post-process: offsets, memory, machine model for the parts that follow", "off", "middle"),
     ]
     return drawing(780, 300, "Three loops around one part", [*steps, *along, *real, *process, *post])

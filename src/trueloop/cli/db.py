@@ -9,16 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.shared_options import Db, argument, option
-from trueloop.cli.terminal import (
-    AsJson,
-    ExitStatus,
-    Group,
-    as_dict,
-    busy,
-    print_json,
-    print_lines,
-    wide_console,
-)
+from trueloop.cli.terminal import AsJson, ExitStatus, Group, as_dict, busy, print_json, print_lines, wide_console
 
 if TYPE_CHECKING:
     from trueloop.domain.part import Part

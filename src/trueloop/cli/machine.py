@@ -156,8 +156,7 @@ class InMachine:
         ),
     ] = None
     at: Annotated[
-        list[str] | None,
-        option("Where a rotary axis stands until the program positions it, degrees.", metavar="A=V"),
+        list[str] | None, option("Where a rotary axis stands until the program positions it, degrees.", metavar="A=V")
     ] = None
     temperatures: Temperatures = None
     zeroed_s: Annotated[
@@ -181,12 +180,12 @@ class InMachine:
             raise typer.BadParameter("give it, or --offsets", param_hint="--work-zero")
         tables = tables_of(self.offsets_file)
         return Setup(
-            {**dict(tables.work_mm), **numbered(self.work_zero or (), "--work-zero")},
-            numbered(self.tool or ([] if self.offsets_file else ["*=0,0,0"]), "--tool"),
-            signals_of(known, self.temperatures),
-            {axis: math.radians(angle) for axis, angle in parameters_of(self.at, "--at").items()},
-            tables.tools if self.offsets_file else None,
-            None if self.zeroed_s is None else signals_of(known, self.temperatures, self.zeroed_s),
+            work_zero_mm={**dict(tables.work_mm), **numbered(self.work_zero or (), "--work-zero")},
+            tool_mm=numbered(self.tool or ([] if self.offsets_file else ["*=0,0,0"]), "--tool"),
+            signals=signals_of(known, self.temperatures),
+            fixed={axis: math.radians(angle) for axis, angle in parameters_of(self.at, "--at").items()},
+            table=tables.tools if self.offsets_file else None,
+            zero_signals=None if self.zeroed_s is None else signals_of(known, self.temperatures, self.zeroed_s),
         )
 
 
@@ -291,7 +290,18 @@ def decompose(
         "components.html": components_page(points, parts, frame).encode(),
     }
     sha256 = sha256_of(model.read_bytes())
-    done = Decomposed(inspections, points, seen, known, sha256, zero, cut, touched, compensated, new_frame)
+    done = Decomposed(
+        path=inspections,
+        points=points,
+        seen=seen,
+        model=known,
+        model_sha256=sha256,
+        zero_mm=zero,
+        cutting=cut,
+        probing=touched,
+        compensated=compensated,
+        new_frame=new_frame,
+    )
     kept = _kept(done, part_type, serial, db, supersede=supersede)
     write_all(out, contents.items(), inputs=(inspections, model, *logs_of([*cutting, *probing])))
     if frame is not None:

@@ -7,15 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trueloop.cli.shared_options import Db, Page, argument, option, positive
-from trueloop.cli.terminal import (
-    AsJson,
-    ExitStatus,
-    Group,
-    busy,
-    print_json,
-    print_lines,
-    print_table,
-)
+from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
     from trueloop.loops.monitor.options import ChartOptions

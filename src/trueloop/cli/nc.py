@@ -12,15 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 import typer
 
 from trueloop.cli.options import LARGEST_UM, STEEPEST, TOLERANCE_UM, ToleranceUm, map_options
-from trueloop.cli.program_file import (
-    Decimals,
-    ProgramFile,
-    Reading,
-    Tables,
-    TablesAndOffsets,
-    tables_of,
-    vector_of,
-)
+from trueloop.cli.program_file import Decimals, ProgramFile, Reading, Tables, TablesAndOffsets, tables_of, vector_of
 from trueloop.cli.shared_options import argument, not_negative, option
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, as_dict, busy, print_json, say, wide_console
 from trueloop.errors import Code, Finding, Severity

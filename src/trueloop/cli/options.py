@@ -81,12 +81,12 @@ ToleranceUm = Annotated[
 def map_options(reading: Reading, decimals: int, tolerance_um: float, limit_um: float, slope: float) -> MapOptions:
     """The options of a command as a loop takes them; slope in µm/mm."""
     return MapOptions(
-        tolerance_um / UM_PER_MM,
-        limit_um / UM_PER_MM,
-        slope / UM_PER_MM,
-        reading.skipped_blocks,
-        reading.unit,
-        decimals,
+        tolerance_mm=tolerance_um / UM_PER_MM,
+        limit_mm=limit_um / UM_PER_MM,
+        slope=slope / UM_PER_MM,
+        skipped_blocks=reading.skipped_blocks,
+        unit=reading.unit,
+        decimals=decimals,
     )
 
 

@@ -274,17 +274,17 @@ def _options(machine: OfMachine, signals: OfSignals, table: OfTable, limit_mm: f
     from trueloop.realtime.bank import Stated
 
     return ImageOptions(
-        machine.model,
-        machine.serial,
-        vector_of(machine.tool, "--tool") if machine.tool else (0.0, 0.0, 0.0),
-        {axis.upper(): ends for axis, ends in _pairs(machine.travel, "--travel").items()},
-        limit_mm,
-        gate_mm,
-        Stated(_pairs(signals.ranges, "--range"), parameters_of(signals.steps, "--step")),
-        tuple(machine.standing or ()),
-        _pair(table.origin, "--origin") if table.origin else None,
-        table.tip,
-        chosen(table.db, table.no_store),
+        model=machine.model,
+        serial=machine.serial,
+        tool_mm=vector_of(machine.tool, "--tool") if machine.tool else (0.0, 0.0, 0.0),
+        travel_mm={axis.upper(): ends for axis, ends in _pairs(machine.travel, "--travel").items()},
+        limit_mm=limit_mm,
+        gate_mm=gate_mm,
+        stated=Stated(_pairs(signals.ranges, "--range"), parameters_of(signals.steps, "--step")),
+        standing=tuple(machine.standing or ()),
+        origin_mm=_pair(table.origin, "--origin") if table.origin else None,
+        tip=table.tip,
+        db=chosen(table.db, table.no_store),
     )
 
 
@@ -410,7 +410,7 @@ def watch(
     before = {one: signal.signal(one, lambda number, frame: stop.append(number)) for one in STOPS}
     try:
         result = watched(
-            Order(folder, image, seconds, host, port, rows, keep, cell),
+            Order(folder=folder, image=image, seconds=seconds, host=host, port=port, rows=rows, keep=keep, cell=cell),
             lambda: bool(stop),
             lambda words: typer.echo(words, err=True),
         )

@@ -56,7 +56,7 @@ def add(files: Files, said: Said, db: Db = None, as_json: AsJson = False) -> Non
 
     cut_with = None if said.cut_with is None else tuple(one for one in said.cut_with if one != NONE)
     adding = Adding(
-        *(said.part_type or "", said.serial or "", Stated(said.unit, said.mapping), said.take_nominal, cut_with)
+        said.part_type or "", said.serial or "", Stated(said.unit, said.mapping), said.take_nominal, cut_with
     )
     with busy(f"reading {', '.join(map(str, files))}"):
         added = add_files(opened(db), files, adding)

@@ -99,7 +99,14 @@ class SignOn:
         claim, roles = self.oidc_role_claim or "", tuple(map(_role, self.oidc_role or ()))
         if bool(claim) != bool(roles):
             raise typer.BadParameter("--oidc-role-claim and --oidc-role go together")
-        return Oidc(self.oidc_issuer, self.oidc_client_id, self._secret(), self.oidc_label, claim, roles)
+        return Oidc(
+            issuer=self.oidc_issuer,
+            client_id=self.oidc_client_id,
+            secret=self._secret(),
+            label=self.oidc_label,
+            role_claim=claim,
+            roles=roles,
+        )
 
     def _secret(self) -> str:
         from trueloop.errors import Code

@@ -108,7 +108,14 @@ def mount(tool: ToolName, mounted: Mounted, when: When, again: Again = False, as
     """A new insert, or with --again one that was removed; what was in its holder before is removed with it."""
     from trueloop.jobs.tools import Mounting, mounting
 
-    wanted = Mounting(tool, mounted.holder, mounted.insert, mounted.corner, mounted.nose_radius_mm, again)
+    wanted = Mounting(
+        tool=tool,
+        holder=mounted.holder,
+        insert=mounted.insert,
+        corner=mounted.corner,
+        nose_radius_mm=mounted.nose_radius_mm,
+        again=again,
+    )
     when.keep(lambda known, happened: mounting(known, wanted, happened), mounted.offsets.values(), as_json=as_json)
 
 

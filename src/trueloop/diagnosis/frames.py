@@ -76,12 +76,7 @@ class Frames:
 
 
 def reconcile_frames(
-    part: Integers,
-    point_mm: Array,
-    normal: Array,
-    difference_mm: Array,
-    u_mm: float = 0.001,
-    names: Sequence[str] = (),
+    part: Integers, point_mm: Array, normal: Array, difference_mm: Array, u_mm: float = 0.001, names: Sequence[str] = ()
 ) -> Frames:
     """Discrepancies from what the CMM found less what the machine found, (n,) along the normals (n, 3), mm.
 
@@ -124,7 +119,15 @@ def reconcile_frames(
         for k in moved
     )
     noise = fit.noise / UM_PER_MM
-    return Frames(_motion(common, all_u[0] * WIDEST_MM, unit), motions, left, u_left, noise, moved, findings)
+    return Frames(
+        common=_motion(common, all_u[0] * WIDEST_MM, unit),
+        own=motions,
+        left_mm=left,
+        u_left_mm=u_left,
+        noise_mm=noise,
+        moved=moved,
+        findings=findings,
+    )
 
 
 def _motion(of: Array, u: Array, unit: Array) -> Motion:

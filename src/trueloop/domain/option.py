@@ -130,11 +130,7 @@ class Limits:
 
     correction_mm: Annotated[
         float,
-        Option(
-            "compensation.max_correction_um",
-            "A larger correction (on X: of the radius) is refused.",
-            above=0,
-        ),
+        Option("compensation.max_correction_um", "A larger correction (on X: of the radius) is refused.", above=0),
     ] = 0.150
     slope: Annotated[
         float,

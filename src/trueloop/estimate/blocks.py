@@ -76,7 +76,14 @@ def mixed(values: Array, blocks: Mapping[str, Block], weight: Array, noise: floa
         tail = (FREEDOM + 1) / (FREEDOM + squares / sigma**2)
     mean = {name: z[a:b] for name, a, b in zip(blocks, ends, ends[1:], strict=False)}
     scales = dict(zip(blocks, scale.tolist(), strict=True))
-    return Mixed(scales, sigma, mean, covariance, fisher, np.abs(rest) > OUTLIER * sigma)
+    return Mixed(
+        scales=scales,
+        noise=sigma,
+        mean=mean,
+        covariance=covariance,
+        fisher=fisher,
+        outlier=np.abs(rest) > OUTLIER * sigma,
+    )
 
 
 class _Badness:

@@ -161,15 +161,22 @@ def turned_catalogue(
 
     terms: tuple[Term, ...] = (
         Term(
-            "nose",
-            ("edge",),
-            of_angle,
-            waves(angles, "nose", "nose_length"),
-            waves(angles, "wear", "nose_length"),
-            "age",
+            name="nose",
+            scope=("edge",),
+            basis=of_angle,
+            spread=waves(angles, "nose", "nose_length"),
+            step=waves(angles, "wear", "nose_length"),
+            clock="age",
         ),
         Term("short nose", ("edge",), of_angle_short, waves(short, "short", "short_length")),
-        Term("setting", ("setting",), _normal, _half_of("setting", 2), _flat("walk", 2), "order"),
+        Term(
+            name="setting",
+            scope=("setting",),
+            basis=_normal,
+            spread=_half_of("setting", 2),
+            step=_flat("walk", 2),
+            clock="order",
+        ),
         Term("part zero", ("part_type",), _normal, _half_of("setting", 2)),
         Term("clamping", ("part",), _normal, _flat("clamping", 2)),
         Term("form of the part", ("part",), of_angle, waves(angles, "form", "form_length")),
@@ -192,10 +199,7 @@ def turned_catalogue(
         ),
         Term("finish clamping", ("part",), _finish(_normal), _flat("finish_clamping", 2), tail=TAIL),
         Term(
-            "finish form of the part",
-            ("part",),
-            _finish(of_angle),
-            waves(angles, "finish_form", "finish_form_length"),
+            "finish form of the part", ("part",), _finish(of_angle), waves(angles, "finish_form", "finish_form_length")
         ),
         Term("finish group of the part", ("part", "group"), _finish(_constant), _flat("finish_group")),
     )

@@ -69,7 +69,14 @@ class State:
     @classmethod
     def before(cls, catalogue: Catalogue, sizes: Sizes | None = None) -> "State":
         """Returns the state before any measurement."""
-        return cls(catalogue, sizes or catalogue.medians, np.zeros(0), np.zeros((0, 0)), {}, {})
+        return cls(
+            catalogue=catalogue,
+            sizes=sizes or catalogue.medians,
+            mean=np.zeros(0),
+            covariance=np.zeros((0, 0)),
+            blocks={},
+            clocks={},
+        )
 
     def given(self, observed: Observed, robust: bool = True) -> Updated:
         """Returns the state with observations included; `robust` weighs each by the probability that it is a gross
@@ -89,7 +96,14 @@ class State:
         else:
             found = plain(innovation.covariance_mm2, off)
         after = state._after(state.covariance @ rows.T, off, found)
-        return Updated(after, innovation, found.gross, found.left_out_mm, found.left_out_u_mm, scales)
+        return Updated(
+            state=after,
+            innovation=innovation,
+            gross=found.gross,
+            left_out_mm=found.left_out_mm,
+            left_out_u_mm=found.left_out_u_mm,
+            scales=scales,
+        )
 
     def noise_mm2(self, observed: Observed) -> Array:
         """Returns the covariance of the instrument's errors and the repeatability of the cut in measured values, (n,

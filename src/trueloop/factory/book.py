@@ -100,12 +100,12 @@ def read_book(store: Store, part_type: str, options: SeriesOptions) -> Book:
     parts, odd = usable(seen, take_nominal=options.take_nominal)
     series, factors = series_of(parts), records.factors
     return Book(
-        part_type,
-        parts,
-        tuple(tracked(one, factors, records.in_force_mm) for one in series),
-        records.proposals,
-        records.decisions,
-        (*again, *doubts, *odd, *few_findings(series)),
+        part_type=part_type,
+        parts=parts,
+        tracked=tuple(tracked(one, factors, records.in_force_mm) for one in series),
+        proposals=records.proposals,
+        decisions=records.decisions,
+        findings=(*again, *doubts, *odd, *few_findings(series)),
     )
 
 
@@ -177,7 +177,14 @@ class _Records:
         cut = self.cuts.get(one.part.serial)
         if cut is None:
             return When(one.part.serial, place, measured_at=one.measured_at)
-        return When(one.part.serial, place, cut.order, cut.at, one.measured_at, cut.order_in_doubt)
+        return When(
+            serial=one.part.serial,
+            kept=place,
+            cut_order=cut.order,
+            cut_at=cut.at,
+            measured_at=one.measured_at,
+            in_doubt=cut.order_in_doubt,
+        )
 
     def _seen(self, kept: Kept[Inspection], *, set_before: bool, counts: bool) -> PartSeen:
         """The part with what the accepted proposals changed before it was cut."""
@@ -211,16 +218,16 @@ def _read(store: Store, part_type: str) -> _Records:
     proposals = tuple(one.value for one in find(store, Proposal, part_type=part_type))
     ids = {one.id for one in proposals}
     return _Records(
-        tuple(
+        inspections=tuple(
             one
             for one in find(store, Inspection, part_type=part_type)
             if one.value.identity not in of_early and any(sizes_of(one.value))
         ),
-        {one.part.serial: one for one in cuts if one.stage is Stage.FINISH},
-        frozenset(_quarantined(store)) if cuts else frozenset(),
-        proposals,
-        tuple(one.value for one in find(store, ProposalDecision) if one.value.proposal in ids),
-        {one.value.inspection: one.value.proposals for one in find(store, PartCutWith)} if ids else {},
+        cuts={one.part.serial: one for one in cuts if one.stage is Stage.FINISH},
+        quarantined=frozenset(_quarantined(store)) if cuts else frozenset(),
+        proposals=proposals,
+        decisions=tuple(one.value for one in find(store, ProposalDecision) if one.value.proposal in ids),
+        stated={one.value.inspection: one.value.proposals for one in find(store, PartCutWith)} if ids else {},
     )
 
 

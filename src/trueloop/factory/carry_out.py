@@ -110,7 +110,14 @@ def _plan(known: Known, request: ask.PlanOrder, _: Any) -> PlanFacts:
     number = (known.connection.scalar(select(func.max(ORDER_STATE.c.number))) or 0) + 1
     machine = machines[-1] if machines else None
     names = machine_names(known)
-    return PlanFacts(part_type, machine, frozenset(ordered), frozenset(released), number, names)
+    return PlanFacts(
+        part_type=part_type,
+        machine=machine,
+        ordered=frozenset(ordered),
+        released=frozenset(released),
+        number=number,
+        machines=names,
+    )
 
 
 def _program(known: Known, request: ask.ReleaseProgram | ask.RecordTransfer, _: Any) -> ProgramFacts:
@@ -155,10 +162,7 @@ _How = tuple[Callable[..., Any], Callable[..., Any]]
 _HOW: Final[Mapping[type, _How]] = {
     ask.PlanOrder: (_plan, plan.plan_order),
     ask.NextBlock: (lambda known, request, _: next_of(known, request.machine), plan.next_block),
-    ask.RecordFacts: (
-        lambda known, request, _: runs_of(known, [one.run for one in request.facts]),
-        runs.record_facts,
-    ),
+    ask.RecordFacts: (lambda known, request, _: runs_of(known, [one.run for one in request.facts]), runs.record_facts),
     ask.RecordTouches: (lambda known, request, _: runs_of(known, [request.run]), runs.record_touches),
     ask.RecordTemperatures: (_temperatures, runs.record_temperatures),
     ask.Calibrated: (lambda *_: None, records.calibrated),

@@ -70,18 +70,37 @@ def order_of(known: Known, order_id: str) -> OrderNow:
     place = {identity: k for k, identity in enumerate(by_identity)}
     parts = tuple(
         PartNow(
-            *(row.part, by_identity[row.identity], PartState(row.state), tuple(steps[row.part])),
-            *(row.held_why, row.version),
+            row=row.part,
+            value=by_identity[row.identity],
+            state=PartState(row.state),
+            steps=tuple(steps[row.part]),
+            held_why=row.held_why,
+            version=row.version,
         )
         for row in sorted(rows, key=lambda row: place[row.identity])
     )
-    return OrderNow(order, state.number, parts, state.state, state.armed_parts, state.version)
+    return OrderNow(
+        order=order,
+        number=state.number,
+        parts=parts,
+        state=state.state,
+        armed_parts=state.armed_parts,
+        version=state.version,
+    )
 
 
 def step_now(row: Any) -> StepNow:
     """Makes a step from its row."""
     kind, state = BlockKind(row.kind), StepState(row.state)
-    return StepNow(row.no, kind, state, row.run, row.program_sha256, row.attempts, row.version)
+    return StepNow(
+        no=row.no,
+        kind=kind,
+        state=state,
+        run=row.run,
+        program_sha256=row.program_sha256,
+        attempts=row.attempts,
+        version=row.version,
+    )
 
 
 def runs_of(known: Known, keys: Iterable[str]) -> RunsFacts:
@@ -175,8 +194,11 @@ def machine_facts(known: Known, machine: str, part_type: str) -> MachineFacts:
         *(ALARM.c.machine.in_(("", machine)), ALARM.c.part_type.in_(("", part_type))),
     )
     return MachineFacts(
-        *(machine, _time(known.connection.scalar(at)), _time(known.connection.scalar(warm))),
-        *(str(said.get("corrector") or "off"), tuple(known.connection.scalars(blocking.order_by(ALARM.c.id)))),
+        machine,
+        _time(known.connection.scalar(at)),
+        _time(known.connection.scalar(warm)),
+        str(said.get("corrector") or "off"),
+        tuple(known.connection.scalars(blocking.order_by(ALARM.c.id))),
     )
 
 

@@ -137,5 +137,16 @@ def _until(now: datetime) -> str:
 
 def _task(row: Any) -> Task:
     problem, result = (None if one is None else json.loads(one) for one in (row.problem, row.result))
-    said = (row.state, row.progress, row.said, row.tries, row.made_by)
-    return Task(row.id, row.kind, row.subject, json.loads(row.document), *said, problem, result)
+    return Task(
+        id=row.id,
+        kind=row.kind,
+        subject=row.subject,
+        values=json.loads(row.document),
+        state=row.state,
+        progress=row.progress,
+        said=row.said,
+        tries=row.tries,
+        made_by=row.made_by,
+        problem=problem,
+        result=result,
+    )

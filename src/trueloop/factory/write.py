@@ -10,17 +10,7 @@ from sqlalchemy import Connection, Table, insert, update
 
 from trueloop.factory.known import Changes, OrderNow, PartNow, StepNow
 from trueloop.factory.load import Known
-from trueloop.storage.factory_tables import (
-    DONE,
-    EVENT,
-    IDEMPOTENCY,
-    LOGS,
-    ORDER_STATE,
-    PART_STATE,
-    STEP,
-    TASK,
-    stamp,
-)
+from trueloop.storage.factory_tables import DONE, EVENT, IDEMPOTENCY, LOGS, ORDER_STATE, PART_STATE, STEP, TASK, stamp
 from trueloop.storage.keeping import Keeping
 
 _LOGS: Final[Mapping[str, Table]] = {table.name: table for table in LOGS}

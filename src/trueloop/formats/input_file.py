@@ -21,10 +21,7 @@ UTF_16: Final = (
     "text in UTF-16",
     "save it as UTF-8, in Excel as 'CSV UTF-8', or convert it: iconv -f UTF-16 -t UTF-8 FILE > NEW",
 )
-WORKBOOK: Final = (
-    "a workbook of a spreadsheet program",
-    "save the sheet as CSV in UTF-8 and name that file",
-)
+WORKBOOK: Final = ("a workbook of a spreadsheet program", "save the sheet as CSV in UTF-8 and name that file")
 ARCHIVE: Final = ("an archive or a workbook", "unpack it, or save the sheet as CSV in UTF-8, and name that file")
 PDF: Final = ("a PDF document", "export its numbers as text and name that file")
 OTHER_KINDS: Final = {

@@ -104,11 +104,15 @@ def statements(text: str) -> Iterator[Statement]:
                 counts[path] = counts.get(path, -1) + 1  # the arrays in a new table are counted from its first
             above, table = names, _with_counts(names, counts)
             kind: Literal["table", "tables"] = "tables" if several else "table"
-            yield Statement(kind, line, heading.start(1) + 1, (), table, ".".join(names))
+            yield Statement(
+                kind=kind, line=line, column=heading.start(1) + 1, table=(), location=table, written=".".join(names)
+            )
         elif key := KEY.match(written):
             names = _parts(key[1])
             location = _with_counts([*above, *names], counts)
-            yield Statement("key", line, key.start(1) + 1, table, location, ".".join(names))
+            yield Statement(
+                kind="key", line=line, column=key.start(1) + 1, table=table, location=location, written=".".join(names)
+            )
 
 
 def collision(text: str, line: int) -> Collision | None:

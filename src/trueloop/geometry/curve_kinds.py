@@ -114,10 +114,7 @@ def power_series(
 
     _require_apart(name, low, high)
     curve = curve_along(
-        name,
-        lambda t: placed(t, coefficients, t),
-        lambda t: placed(t, slope, np.ones_like(t)),
-        [low, high],
+        name, lambda t: placed(t, coefficients, t), lambda t: placed(t, slope, np.ones_like(t)), [low, high]
     )
     return _as_run(curve, *ends_mm)
 

@@ -46,11 +46,7 @@ class Side(StrEnum):
     AROUND = "around"
 
 
-LOWEST_CONTACT_RAD: Final = {
-    Side.OUTSIDE: -0.75 * math.pi,
-    Side.INSIDE: -1.25 * math.pi,
-    Side.AROUND: -0.75 * math.pi,
-}
+LOWEST_CONTACT_RAD: Final = {Side.OUTSIDE: -0.75 * math.pi, Side.INSIDE: -1.25 * math.pi, Side.AROUND: -0.75 * math.pi}
 """Contact angles of a profile's first feature are counted from here: no tool cuts an outside at −135°, which looks
 towards the axis and the chuck, nor a bore at +135°."""
 

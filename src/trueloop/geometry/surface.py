@@ -116,7 +116,14 @@ class Surface:
         """Returns this patch, normals included, with u and v exchanged: one of the two forms has ∂u × ∂v outward."""
         weights = None if self.weights is None else self.weights.T
         control = self.control_mm.swapaxes(0, 1)
-        return Surface(self.degrees[::-1], self.knots_v, self.knots_u, control, weights, not self.flipped)
+        return Surface(
+            degrees=self.degrees[::-1],
+            knots_u=self.knots_v,
+            knots_v=self.knots_u,
+            control_mm=control,
+            weights=weights,
+            flipped=not self.flipped,
+        )
 
     @cached_property
     def _lifted(self) -> Array:
@@ -232,7 +239,14 @@ def closest(surface: Surface, points_mm: Array, near: tuple[Array, Array] | None
     sideways = np.linalg.norm(off - along[:, None] * normal, axis=1)
     low, high = np.array(surface.domain).T
     on_edge = np.any((at <= low) | (at >= high), axis=1)
-    return Feet(at[:, 0], at[:, 1], foot, normal, along, np.where(on_edge, sideways, 0.0))
+    return Feet(
+        u=at[:, 0],
+        v=at[:, 1],
+        point_mm=foot,
+        normal=normal,
+        distance_mm=along,
+        beyond_mm=np.where(on_edge, sideways, 0.0),
+    )
 
 
 def near(surface: Surface, points_mm: Array, reach_mm: float) -> Integers:

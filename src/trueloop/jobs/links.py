@@ -111,7 +111,15 @@ def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Op
     table = read_link(settings, name)
     passes = frozenset(Change(one) for one in table.passes)
     link, replaced = link_of(table, settings.parent, tell), settings.parent / table.replaced
-    return Opened(name, link, passes, replaced, table.tool_table, table.table_unit, table.dialect)
+    return Opened(
+        name=name,
+        link=link,
+        passes=passes,
+        replaced=replaced,
+        tool_table=table.tool_table,
+        table_unit=table.table_unit,
+        dialect=table.dialect,
+    )
 
 
 def link_of(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | Line:
@@ -123,12 +131,32 @@ def link_of(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link |
         reads = linuxcnc_reads(*own, table.tool_table) if table.tool_table else None
         return Folder(beside / table.folder, linuxcnc_busy(*own), reads)
     if isinstance(table, SerialTable):
-        line = (table.port, table.baud, table.data_bits, table.parity, table.stop_bits, table.flow)
-        return Line(*line, table.code, table.line_end, table.after_xoff, table.silence_s, table.await_xon, tell)
+        return Line(
+            port=table.port,
+            baud=table.baud,
+            data_bits=table.data_bits,
+            parity=table.parity,
+            stop_bits=table.stop_bits,
+            flow=table.flow,
+            code=table.code,
+            line_end=table.line_end,
+            after_xoff=table.after_xoff,
+            silence_s=table.silence_s,
+            await_xon=table.await_xon,
+            tell=tell,
+        )
     if isinstance(table, FocasTable):
         increment = None if table.increment is None else Decimal(str(table.increment))
         library = beside / table.library
-        return Focas(table.host, library, table.aside, table.port, table.timeout_s, increment, table.table_unit)
+        return Focas(
+            host=table.host,
+            library=library,
+            aside=table.aside,
+            port=table.port,
+            timeout_s=table.timeout_s,
+            increment=increment,
+            unit=table.table_unit,
+        )
     address = (table.host, table.port, table.user, table.password_env, table.folder)
     return Ftp(*address, table.tls, table.timeout_s, beside / table.authority if table.authority else None)
 
@@ -439,7 +467,15 @@ class Recorder:
     def _keep(
         self, name: str, direction: Literal["to", "from"], program: str, sent: str, back: str, outcome: str
     ) -> None:
-        request = RecordTransfer(self.control, program, name, direction, sent, back, outcome)
+        request = RecordTransfer(
+            control=self.control,
+            program_sha256=program,
+            name=name,
+            direction=direction,
+            sent_sha256=sent,
+            read_back_sha256=back,
+            outcome=outcome,
+        )
         carry_out(self.store, request, By(user_name(), Role.OPERATOR), datetime.now(UTC))
 
 

@@ -87,7 +87,16 @@ def read_milled(path: Path) -> MilledJob:
                 )
             unused.update(dict.fromkeys(without))
             parts.append(part)
-    return MilledJob(job.name, tuple(parts), _possible(job, cut), cut, tuple(unused), tuple(files), job, path)
+    return MilledJob(
+        name=job.name,
+        parts=tuple(parts),
+        possible=_possible(job, cut),
+        cut=cut,
+        unused=tuple(unused),
+        files=tuple(files),
+        job=job,
+        path=path,
+    )
 
 
 def _possible(job: MilledJobFile, cut: CutFeatures) -> tuple[Entry, ...]:

@@ -92,15 +92,15 @@ def cut_features(path: Path, job: MilledJobFile) -> CutFeatures:
     register_is = {tool: stated.get(tool, REGISTER_OF.get(dialect, "radius")) for tool in {*used, *tools}}
     corners = {str(tool): passes.tightest_corner_mm(tool) for tool in used}
     return CutFeatures(
-        {one.name: one for one, _ in found},
-        frozenset(str(tool) for tool, holds in register_is.items() if holds == "diameter"),
-        {tool: _words("D", one.radius, dialect) for tool, one in registers.items()},
-        {tool: _words("H", one.length, dialect) for tool, one in registers.items()},
-        {tool: corner for tool, corner in corners.items() if corner is not None},
-        {str(tool): radius for tool, radius in by.radius_mm.items()},
-        {one.name: line for one, line in found if line is not None},
-        tuple(one.name for one, line in found if line is None),
-        dialect,
+        features={one.name: one for one, _ in found},
+        diameters=frozenset(str(tool) for tool, holds in register_is.items() if holds == "diameter"),
+        radius_words={tool: _words("D", one.radius, dialect) for tool, one in registers.items()},
+        length_words={tool: _words("H", one.length, dialect) for tool, one in registers.items()},
+        corner_mm={tool: corner for tool, corner in corners.items() if corner is not None},
+        cutter_mm={str(tool): radius for tool, radius in by.radius_mm.items()},
+        lines={one.name: line for one, line in found if line is not None},
+        stated=tuple(one.name for one, line in found if line is None),
+        dialect=dialect,
     )
 
 

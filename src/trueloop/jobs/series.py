@@ -106,13 +106,13 @@ def _added(store: Store, path: Path, adding: Adding) -> Added:
     cut_with = _cut_with(store, part_type, adding, [one for one in wanted if one.identity not in values])
     kept = [one for one in keep(store, [*wanted, *cut_with]) if isinstance(one.value, Inspection)]
     return Added(
-        path,
-        part_type,
-        tuple(one.value.part.serial for one in kept if one.new),
-        tuple(one.part.serial for one in inspections if not _is_new(one, kept)),
-        tuple(dict.fromkeys(name for one in cut_with for name in one.proposals)),
-        sum(1 for one in inspections for _ in sizes_of(one)),
-        tuple(findings),
+        path=path,
+        part_type=part_type,
+        new=tuple(one.value.part.serial for one in kept if one.new),
+        known=tuple(one.part.serial for one in inspections if not _is_new(one, kept)),
+        cut_with=tuple(dict.fromkeys(name for one in cut_with for name in one.proposals)),
+        sizes=sum(1 for one in inspections for _ in sizes_of(one)),
+        findings=tuple(findings),
     )
 
 
@@ -279,7 +279,15 @@ def _job_tool(
     x_is_diameter = None if x_is is None else x_is == "diameter"
     if own is None:
         matched = commanded(program, None, part, files.nose_radius_mm, 0.0, files.run)
-        return JobTool(part, program, matched, asked, files.tool.number, x_is_diameter, files.tool.table_edge or 0)
+        return JobTool(
+            profile=part,
+            program=program,
+            matched=matched,
+            asked=asked,
+            tool=files.tool.number,
+            x_is_diameter=x_is_diameter,
+            edge=files.tool.table_edge or 0,
+        )
     require_offset(own, frame, {}, str(files.path))
     called = own.edge.called
     run = replace(files.run, called=called)
@@ -297,7 +305,13 @@ def _job_tool(
         if one.feature in names and (not one.other or one.other in names)
     }
     return JobTool(
-        *(own.profile, program, matched, mine, called.number, x_is_diameter, called.edge),
+        profile=own.profile,
+        program=program,
+        matched=matched,
+        asked=mine,
+        tool=called.number,
+        x_is_diameter=x_is_diameter,
+        edge=called.edge,
         zero_z_mm=frame.z_mm(0.0),
         machine=machine_of_job(files.job),
     )

@@ -41,7 +41,14 @@ def shown_edge(store: Store, tool: str, corner: str | None = None, machine: Mach
     history = history_of(store, life.edge)
     found = learnt(history, np.radians(angles_deg(history))) if history else None
     findings = tuple(cuts_after_end(life, cuts))
-    return ShownEdge(life, cuts, found, findings, minutes_in_cut(life, cuts), MemoryOptions().unseen_rad)
+    return ShownEdge(
+        life=life,
+        cuts=cuts,
+        learnt=found,
+        findings=findings,
+        minutes_in_cut=minutes_in_cut(life, cuts),
+        unseen_rad=MemoryOptions().unseen_rad,
+    )
 
 
 def edges_that_cut(store: Store) -> list[Edge]:
@@ -110,19 +117,32 @@ def _view(
     """Returns the page of an edge: of `parts` it shows its own, and predicts from those of earlier edges as well."""
     history = [one for one in parts if one.order >= 0]
     if found is None:
-        return ToolMemory(tool, (), (), (), (), len(history), 0, (), (), (), events)
+        return ToolMemory(
+            tool=tool,
+            contact_angle_deg=(),
+            seen=(),
+            curves=(),
+            points=(),
+            parts=len(history),
+            inspected=0,
+            setting_um=(),
+            setting_band_um=(),
+            next_parts=(),
+            events=events,
+        )
     types = list(found.in_all)
     return ToolMemory(
-        tool,
-        tuple(np.degrees(found.contact_angle_rad).tolist()),
-        tuple((found.nearest_rad <= OPTIONS.unseen_rad).tolist()),
-        (_curve("", found.form), *(_curve(name, found.in_all[name]) for name in types)),
-        tuple(_points(found)),
-        *(found.parts, found.inspected),
-        tuple((UM_PER_MM * found.setting_mm).tolist()),
-        tuple((NORMAL_95 * UM_PER_MM * found.setting_u_mm).tolist()),
-        tuple(_next(parts, name, say) for name in types),
-        events,
+        tool=tool,
+        contact_angle_deg=tuple(np.degrees(found.contact_angle_rad).tolist()),
+        seen=tuple((found.nearest_rad <= OPTIONS.unseen_rad).tolist()),
+        curves=(_curve("", found.form), *(_curve(name, found.in_all[name]) for name in types)),
+        points=tuple(_points(found)),
+        parts=found.parts,
+        inspected=found.inspected,
+        setting_um=tuple((UM_PER_MM * found.setting_mm).tolist()),
+        setting_band_um=tuple((NORMAL_95 * UM_PER_MM * found.setting_u_mm).tolist()),
+        next_parts=tuple(_next(parts, name, say) for name in types),
+        events=events,
     )
 
 
@@ -155,6 +175,15 @@ def _next(history: Sequence[MadePart], part_type: str, say: Texts) -> NextPart:
     try:
         expected = expect(history, today, asked, OPTIONS)
     except TrueloopError as refused:
-        return NextPart(part_type, of, of, None, f"{refused.code}: {refused.message}", ())
+        return NextPart(
+            part_type=part_type, touches=of, of=of, left_um=None, refusal=f"{refused.code}: {refused.message}", notes=()
+        )
     left_um = UM_PER_MM * float(np.sqrt(np.mean(np.diag(expected.covariance_mm2))))
-    return NextPart(part_type, expected.enough_touches, of, left_um, "", tuple(map(say.note, expected.notes)))
+    return NextPart(
+        part_type=part_type,
+        touches=expected.enough_touches,
+        of=of,
+        left_um=left_um,
+        refusal="",
+        notes=tuple(map(say.note, expected.notes)),
+    )

@@ -245,7 +245,9 @@ class Happened:
 
     def to(self, edge: Edge, kind: EdgeEventKind, *, valued: bool = True) -> EdgeEvent:
         """Makes the event of an edge."""
-        return EdgeEvent(edge, kind, self.at, self.by, self.values if valued else {}, self.machine)
+        return EdgeEvent(
+            edge=edge, kind=kind, at=self.at, by=self.by, values=self.values if valued else {}, machine=self.machine
+        )
 
 
 @dataclass(frozen=True)

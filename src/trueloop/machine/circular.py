@@ -116,27 +116,27 @@ def circular_test(circles: Sequence[Circle]) -> CircularTest:
         for k, circle in enumerate(circles)
     ]
     both = _Path(
-        circles[0].radius_mm,
-        np.concatenate([circle.angle_rad for circle in circles]),
-        np.concatenate([circle.deviation_mm for circle in circles]),
-        np.concatenate([np.full(len(circle.angle_rad), circle.sense) for circle in circles]),
-        np.concatenate(blocks),
-        max(circle.step_rad for circle in circles),
+        radius_mm=circles[0].radius_mm,
+        angle=np.concatenate([circle.angle_rad for circle in circles]),
+        deviation=np.concatenate([circle.deviation_mm for circle in circles]),
+        sense=np.concatenate([np.full(len(circle.angle_rad), circle.sense) for circle in circles]),
+        block=np.concatenate(blocks),
+        step_rad=max(circle.step_rad for circle in circles),
     )
     centred = both.deviation - _centring(both.angle)[:, :2] @ _fit(_centring(both.angle), both.deviation)[:2]
     one_way = len(circles) < 2
     radial = [float(np.mean(_fit(_centring(c.angle_rad), c.deviation_mm)[2])) for c in circles]
     causes, left = _causes(both, circles[0].plane)
     return CircularTest(
-        tuple(circles),
-        {way: _zone(c.angle_rad, c.deviation_mm) for way, c in by_way.items()},
-        {way: float(np.ptp(c.centred_mm)) for way, c in by_way.items()},
-        np.nan if one_way else _zone(both.angle, both.deviation),
-        np.nan if one_way else float(np.ptp(centred)),
-        {way: (float(c.centred_mm.max()), float(c.centred_mm.min())) for way, c in by_way.items()},
-        np.nan if one_way else float(np.mean(radial)),
-        causes,
-        left,
+        circles=tuple(circles),
+        zone_mm={way: _zone(c.angle_rad, c.deviation_mm) for way, c in by_way.items()},
+        about_centre_mm={way: float(np.ptp(c.centred_mm)) for way, c in by_way.items()},
+        both_zone_mm=np.nan if one_way else _zone(both.angle, both.deviation),
+        both_about_centre_mm=np.nan if one_way else float(np.ptp(centred)),
+        extremes_mm={way: (float(c.centred_mm.max()), float(c.centred_mm.min())) for way, c in by_way.items()},
+        mean_radial_mm=np.nan if one_way else float(np.mean(radial)),
+        causes=causes,
+        left_mm=left,
     )
 
 
@@ -243,7 +243,16 @@ def _causes(path: _Path, plane: str) -> tuple[tuple[Cause, ...], float]:
         size = float(amplitude[own][0]) if kind.columns.shape[1] == 1 else float(np.linalg.norm(amplitude[own]))
         made = kind.columns @ amplitude[own]
         u = 2 * kind.scale * float(np.max(spread[own]))
-        found.append(Cause(kind.name, kind.scale * size, u, kind.unit, float(np.ptp(made)), kind.detail))
+        found.append(
+            Cause(
+                name=kind.name,
+                amplitude=kind.scale * size,
+                expanded_u=u,
+                unit=kind.unit,
+                range_mm=float(np.ptp(made)),
+                detail=kind.detail,
+            )
+        )
     found.sort(key=lambda cause: -cause.range_mm)
     return tuple(found), float(np.sqrt(np.mean(rest**2)))
 

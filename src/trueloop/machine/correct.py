@@ -92,7 +92,15 @@ def axis_table(
         return along
 
     forward, reverse = error(positions, 1.0, base, {}), error(positions, -1.0, base, {})
-    table = AxisTable(input_axis, output, positions, forward, reverse, 0.0, 0.0)
+    table = AxisTable(
+        input_axis=input_axis,
+        output=output,
+        position_mm=positions,
+        forward_mm=forward,
+        reverse_mm=reverse,
+        deviation_mm=0.0,
+        elsewhere_mm=0.0,
+    )
 
     def off(others: Mapping[str, float]) -> float:
         return max(
@@ -455,12 +463,7 @@ def compensation_field(
 
 
 def state_at(
-    model: MachineModel,
-    setup: Setup,
-    points_mm: Array,
-    work: Integers,
-    tool: Integers,
-    travel: Array,
+    model: MachineModel, setup: Setup, points_mm: Array, work: Integers, tool: Integers, travel: Array
 ) -> State:
     """Axis positions at program points (n, 3): point + work zero − tool vector; travel (n, 3) along X, Y, Z.
 

@@ -152,10 +152,7 @@ class DriftModel:
 
 
 def fit_drift(
-    time_s: Array,
-    signals: Mapping[str, Array],
-    drift: Array,
-    ladders_s: Sequence[tuple[float, ...]] = LADDERS_S,
+    time_s: Array, signals: Mapping[str, Array], drift: Array, ladders_s: Sequence[tuple[float, ...]] = LADDERS_S
 ) -> DriftModel:
     """Finds the model of one channel. `signals` are temperatures, and the spindle's speed under a name with `rpm`.
 
@@ -268,7 +265,16 @@ def held_out(test: DriftTest, share: float) -> list[DriftRun]:
         rest = moved[~known]
         rezeroed = {hours: rms(since_reference(test.time_s[~known], rest - found, hours)) for hours in REZEROED_H}
         raw = rms(rest - float(moved[known].mean()))
-        runs.append(DriftRun(channel, found, rms(rest - found), rms(rest - still), raw, rezeroed))
+        runs.append(
+            DriftRun(
+                channel=channel,
+                predicted_um=found,
+                rms_um=rms(rest - found),
+                static_rms_um=rms(rest - still),
+                raw_um=raw,
+                rezeroed_um=rezeroed,
+            )
+        )
     return runs
 
 

@@ -59,16 +59,16 @@ class CutErrors:
             return tuple(of[k] for k in at)
 
         return CutErrors(
-            names(self.feature),
-            names(self.point),
-            self.contact_angle_rad[at],
-            self.error_mm[at],
-            self.standard_u_mm[at],
-            None if self.z_mm is None else self.z_mm[at],
-            None if self.share is None else self.share[at],
-            None if self.group is None else names(self.group),
-            None if self.z_share is None else self.z_share[at],
-            self.reference,
+            feature=names(self.feature),
+            point=names(self.point),
+            contact_angle_rad=self.contact_angle_rad[at],
+            error_mm=self.error_mm[at],
+            standard_u_mm=self.standard_u_mm[at],
+            z_mm=None if self.z_mm is None else self.z_mm[at],
+            share=None if self.share is None else self.share[at],
+            group=None if self.group is None else names(self.group),
+            z_share=None if self.z_share is None else self.z_share[at],
+            reference=self.reference,
         )
 
 

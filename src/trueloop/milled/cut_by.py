@@ -268,7 +268,15 @@ class CutBy:
         passes, (x, y, z) = self.passes, feature.place_mm
         moves = passes.at_level(z)
         over = [
-            Touch(move, int(passes.path.line[move]), passes.called(move), 0.0, passes.compensated(move), None, True)
+            Touch(
+                move=move,
+                line=int(passes.path.line[move]),
+                called=passes.called(move),
+                gap_mm=0.0,
+                compensated=passes.compensated(move),
+                climb=None,
+                from_air=True,
+            )
             for move in moves.tolist()
         ]
         covers = [

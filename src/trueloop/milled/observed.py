@@ -101,7 +101,8 @@ def _size(feature: MilledFeature, reading: Reading) -> Seen | None:
         return None
     nominal = feature.size_mm * (0.5 if reading.quantity is Quantity.RADIUS else 1.0)
     name = f"{feature.name}, {'width' if reading.quantity is Quantity.LENGTH else reading.quantity}"
-    return Seen(name, (feature,), (_below_top(feature, reading),), weights, nominal, *_limits(reading))
+    depth = (_below_top(feature, reading),)
+    return Seen(name, (feature,), depth, weights, nominal, lower_mm=reading.lower_limit, upper_mm=reading.upper_limit)
 
 
 def _coordinate(
@@ -140,7 +141,8 @@ def _coordinate(
         name = f"{name}, {letter}"
     joined = np.concatenate([one for one in weights if one is not None])
     depth = (_below_top(feature, reading) if other is None else None, *(None,) * (len(moved) - 1))
-    return Seen(name, tuple(one for one, _ in moved), depth, joined, distance, *_limits(reading))
+    of = tuple(one for one, _ in moved)
+    return Seen(name, of, depth, joined, distance, lower_mm=reading.lower_limit, upper_mm=reading.upper_limit)
 
 
 def _turned(first: MilledFeature, second: MilledFeature, lever_mm: float) -> list[tuple[MilledFeature, Array]]:
@@ -168,10 +170,6 @@ def _below_top(feature: MilledFeature, reading: Reading) -> float | None:
         return None
     below = feature.place_mm[2] - reading.place_mm[2]
     return below if 0.0 < below <= feature.depth_mm else None
-
-
-def _limits(reading: Reading) -> tuple[float | None, float | None]:
-    return reading.lower_limit, reading.upper_limit
 
 
 def places_of(shown: Sequence[Seen], part_type: str, part: int) -> tuple[Places, Array]:
@@ -253,8 +251,10 @@ TAIL: Final = 3.0
 def milled_catalogue() -> Catalogue:
     """Returns the terms; one catalogue for all parts."""
     terms = (
-        Term("tool radius", ("tool",), _wall, _flat("radius"), _flat("wear"), "order"),
-        Term("tool length", ("tool",), _up, _flat("length"), _flat("wear"), "order"),
+        Term(
+            name="tool radius", scope=("tool",), basis=_wall, spread=_flat("radius"), step=_flat("wear"), clock="order"
+        ),
+        Term(name="tool length", scope=("tool",), basis=_up, spread=_flat("length"), step=_flat("wear"), clock="order"),
         Term("work offset", ("work_offset",), shift_basis, _flat("zero", 3)),
         Term("turn of the work offset", ("work_offset",), turn_basis, _flat("turned")),
         Term("tool pushed away", ("tool", "side"), _deep, _flat("pushed")),

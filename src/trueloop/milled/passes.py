@@ -186,7 +186,15 @@ class Passes:
 
     def _touch(self, move: int, gap_mm: float, climb: bool | None, from_air: bool) -> Touch:
         line = int(self.path.line[move])
-        return Touch(move, line, self.called(move), gap_mm, self.compensated(move), climb, from_air)
+        return Touch(
+            move=move,
+            line=line,
+            called=self.called(move),
+            gap_mm=gap_mm,
+            compensated=self.compensated(move),
+            climb=climb,
+            from_air=from_air,
+        )
 
     def hidden_after(self, move: int, point_mm: Array) -> int | None:
         """Returns the line of a run after a move, −1 for any, that the path does not show and that could cut at a point

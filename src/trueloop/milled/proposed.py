@@ -59,7 +59,16 @@ def _feature(
     kind: Kind, place_mm: tuple[float, float, float], size_mm: float, depth_mm: float, direction: Point | None = None
 ) -> MilledFeature:
     level = (0.0, 0.0, 1.0) if direction is None else (*direction, 0.0)
-    return MilledFeature("", kind, place_mm, 0, "", size_mm, level, depth_mm)
+    return MilledFeature(
+        name="",
+        kind=kind,
+        place_mm=place_mm,
+        tool=0,
+        work_offset="",
+        size_mm=size_mm,
+        direction=level,
+        depth_mm=depth_mm,
+    )
 
 
 def _round(
@@ -115,11 +124,7 @@ def _inside(passes: Passes, circle: Circle) -> bool | None:
 
 
 def _holes(
-    passes: Passes,
-    radius_mm: Mapping[int, float],
-    top: float,
-    others: Sequence[MilledFeature],
-    notes: dict[str, None],
+    passes: Passes, radius_mm: Mapping[int, float], top: float, others: Sequence[MilledFeature], notes: dict[str, None]
 ) -> Iterator[MilledFeature]:
     """Yields bores by plunges that are followed by no cut at depth: of those at one place, the last of the deep."""
     path = passes.path

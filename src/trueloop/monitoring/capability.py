@@ -64,7 +64,14 @@ def capability(
             nearer_limit(letter, lower, upper, mean, s, n, freedom, level),
         )
     ]
-    return Capability(n, mean, sigma, base.sigma, tuple(indices), float(stats.shapiro(values).pvalue))
+    return Capability(
+        count=n,
+        mean=mean,
+        sigma=sigma,
+        short_sigma=base.sigma,
+        indices=tuple(indices),
+        normal_p=float(stats.shapiro(values).pvalue),
+    )
 
 
 def _spread(name: str, lower: float | None, upper: float | None, s: float, freedom: float, level: float) -> Index:

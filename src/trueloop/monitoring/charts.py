@@ -180,7 +180,14 @@ def moving_range(values: Array, base: Baseline) -> Chart:
     ranges = np.concatenate([[np.nan], plotted.moving_range(np.asarray(values, dtype=np.float64))])[: len(values)]
     centre, high = D2 * base.sigma, (D2 + SHEWHART * D3) * base.sigma
     found = _beyond(MOVING_RANGE, ranges > high, wording("differs from the value before by more than 3.7 σ"))
-    return Chart(MOVING_RANGE, ranges, centre, np.zeros(len(values)), np.full(len(values), high), tuple(found))
+    return Chart(
+        name=MOVING_RANGE,
+        plotted=ranges,
+        centre=centre,
+        low=np.zeros(len(values)),
+        high=np.full(len(values), high),
+        alarms=tuple(found),
+    )
 
 
 def ewma(values: Array, base: Baseline, weight: float = EWMA_WEIGHT, width: float = EWMA_WIDTH) -> Chart:
@@ -219,4 +226,11 @@ def _beyond(chart: str, where: Flags, meaning: str) -> list[Alarm]:
 
 def _chart(name: str, values: Array, centre: float, half: Array, alarms: Sequence[Alarm]) -> Chart:
     ordered = tuple(sorted(alarms, key=lambda alarm: alarm.index))
-    return Chart(name, np.asarray(values, dtype=np.float64), centre, centre - half, centre + half, ordered)
+    return Chart(
+        name=name,
+        plotted=np.asarray(values, dtype=np.float64),
+        centre=centre,
+        low=centre - half,
+        high=centre + half,
+        alarms=ordered,
+    )

@@ -66,7 +66,15 @@ def drift(repeats: Sequence[Array], days: Array | None, calibration_u: float) ->
     if of_mean is None and repeatability is not None:
         of_mean = repeatability / np.sqrt(len(repeats[0]))
     bias_u = None if of_mean is None else float(np.hypot(of_mean, calibration_u))
-    return Drift(n, float(means.mean()), bias_u, repeatability, freedom, between, _slope(means, days))
+    return Drift(
+        count=n,
+        bias=float(means.mean()),
+        bias_u=bias_u,
+        repeatability=repeatability,
+        freedom=freedom,
+        between=between,
+        slope=_slope(means, days),
+    )
 
 
 def _slope(means: Array, days: Array | None) -> Slope | None:

@@ -111,7 +111,16 @@ def calibrate(
     _require_good(len(centres), low, high, scatter, float(fitted[0]))
     radius_mm, cosine_mm, sine_mm = fitted.tolist()
     u_mm = scatter * _worst_factor(terms, angle)
-    return BallCalibration(radius_mm, cosine_mm, sine_mm, lobes, scatter, low, high, u_mm)
+    return BallCalibration(
+        effective_radius_mm=radius_mm,
+        cosine_mm=cosine_mm,
+        sine_mm=sine_mm,
+        lobes=lobes,
+        scatter_mm=scatter,
+        lowest_rad=low,
+        highest_rad=high,
+        radius_u_mm=u_mm,
+    )
 
 
 def _terms(centres: Array, middle: Array, side: float, lobes: int) -> tuple[Array, Array]:

@@ -40,8 +40,7 @@ class Approach:
     """
 
     stand_off_mm: Annotated[
-        float,
-        Option("approach.stand_off_mm", "How far before the expected contact the probing move begins.", above=0),
+        float, Option("approach.stand_off_mm", "How far before the expected contact the probing move begins.", above=0)
     ] = 2.0
     overtravel_mm: Annotated[
         float,
@@ -130,11 +129,7 @@ def probe_plan(
 
 
 def probing_moves(
-    profile: Profile,
-    points: GaugingPoints,
-    stylus: Stylus,
-    approach: Approach,
-    names: Sequence[str] | None = None,
+    profile: Profile, points: GaugingPoints, stylus: Stylus, approach: Approach, names: Sequence[str] | None = None
 ) -> tuple[PlannedTouch, ...]:
     """Returns the probing moves alone, with no way from one to the next, as a log of touches is matched with them."""
     names = names or [str(k + 1) for k in range(len(points.arc_length_mm))]

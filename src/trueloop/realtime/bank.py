@@ -128,7 +128,14 @@ def bank_of(model: MachineModel, tool_mm: Vector, signals: tuple[Signal, ...], s
 def _body(body: CompiledBody, added: list[Array]) -> Body:
     """Leaves out tables that a signal does not affect: they are equal to the last bit with it and without."""
     per_unit = tuple((place, table) for place, table in enumerate(added) if table.any())
-    return Body(body.axis, body.breaks, body.powers, per_unit, body.arm_mm, body.carries)
+    return Body(
+        axis=body.axis,
+        breaks=body.breaks,
+        powers=body.powers,
+        per_unit=per_unit,
+        arm_mm=body.arm_mm,
+        carries=body.carries,
+    )
 
 
 def _check_axes(model: MachineModel, standing: Collection[str]) -> None:

@@ -147,17 +147,17 @@ def judge(
     behind = np.abs(correction - asked.allowed_mm)[limited] * NM_PER_MM
     turns = (asked.way[1:] != asked.way[:-1]) & (asked.way[:-1] != 0.0) & run.in_force[1:, None]
     return Judged(
-        residual,
-        judged,
-        limited,
-        float(np.sqrt(np.mean(off**2))) if len(off) else float("nan"),
-        float(off.max(initial=0.0)),
-        float(np.sqrt(np.mean(np.sum((bare - asked.table_mm)[run.in_force] ** 2, axis=1)))) * UM_PER_MM,
-        int(turns.sum()),
-        _longest(limited) * run.period_s,
-        float(behind.max(initial=0.0)),
-        float(np.abs(np.diff(correction, axis=0)).max(initial=0.0)) * UM_PER_MM,
-        slew_mm_per_s * run.period_s * UM_PER_MM,
+        residual_mm=residual,
+        judged=judged,
+        limited=limited,
+        rms_nm=float(np.sqrt(np.mean(off**2))) if len(off) else float("nan"),
+        worst_nm=float(off.max(initial=0.0)),
+        uncorrected_um=float(np.sqrt(np.mean(np.sum((bare - asked.table_mm)[run.in_force] ** 2, axis=1)))) * UM_PER_MM,
+        reversals=int(turns.sum()),
+        longest_limited_s=_longest(limited) * run.period_s,
+        behind_nm=float(behind.max(initial=0.0)),
+        step_um=float(np.abs(np.diff(correction, axis=0)).max(initial=0.0)) * UM_PER_MM,
+        most_step_um=slew_mm_per_s * run.period_s * UM_PER_MM,
     )
 
 

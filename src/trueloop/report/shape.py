@@ -14,11 +14,7 @@ class Shape(Described):
     """A table of named values. Numbers that are not known are null."""
 
     model_config = ConfigDict(
-        frozen=True,
-        extra="forbid",
-        allow_inf_nan=False,
-        ser_json_inf_nan="null",
-        defer_build=True,
+        frozen=True, extra="forbid", allow_inf_nan=False, ser_json_inf_nan="null", defer_build=True
     )
 
     @classmethod

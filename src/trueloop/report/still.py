@@ -78,7 +78,14 @@ def _panels(layout: dict[str, Any]) -> dict[str, Panel]:
     for key in (key for key in layout if key.startswith("yaxis")):
         yaxis = layout[key]
         low, high = yaxis.get("domain", [0.0, 1.0])
-        panel = Panel(layout["xaxis"], yaxis, left, top + (1 - high) * height, width, (high - low) * height)
+        panel = Panel(
+            xaxis=layout["xaxis"],
+            yaxis=yaxis,
+            left=left,
+            top=top + (1 - high) * height,
+            width=width,
+            height=(high - low) * height,
+        )
         panels[key.replace("axis", "")] = _to_equal_scale(panel) if "scaleanchor" in yaxis else panel
     return panels
 
@@ -89,7 +96,7 @@ def _to_equal_scale(panel: Panel) -> Panel:
     scale = min(panel.width / spans[0], panel.height / spans[1])
     width, height = scale * spans[0], scale * spans[1]
     left, top = panel.left + (panel.width - width) / 2, panel.top + (panel.height - height) / 2
-    return Panel(panel.xaxis, panel.yaxis, left, top, width, height)
+    return Panel(xaxis=panel.xaxis, yaxis=panel.yaxis, left=left, top=top, width=width, height=height)
 
 
 def _axes(panel: Panel, decimal: str) -> list[str]:

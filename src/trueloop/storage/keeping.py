@@ -107,7 +107,17 @@ class Keeping:
         for name, pieces in content.rows.items():
             insert_rows(self.connection, ROWS[name], number, pieces)
         back = before is not None and datetime.fromisoformat(before) > at
-        return Kept(number, value, at, True, None, supersedes, self.by, why, back)
+        return Kept(
+            row=number,
+            value=value,
+            kept_at=at,
+            new=True,
+            superseded_by=None,
+            supersedes=supersedes,
+            by=self.by,
+            why=why,
+            clock_back=back,
+        )
 
 
 def _same(same: list[Row[Any]], supersedes: int | None, *, copied: bool) -> Row[Any] | None:
@@ -123,4 +133,13 @@ def _same(same: list[Row[Any]], supersedes: int | None, *, copied: bool) -> Row[
 
 def _kept(row: Row[Any], value: Any) -> Kept[Any]:
     at = datetime.fromisoformat(row.kept_at)
-    return Kept(row.id, value, at, False, row.superseded_by, row.supersedes, row.kept_by, row.reason)
+    return Kept(
+        row=row.id,
+        value=value,
+        kept_at=at,
+        new=False,
+        superseded_by=row.superseded_by,
+        supersedes=row.supersedes,
+        by=row.kept_by,
+        why=row.reason,
+    )

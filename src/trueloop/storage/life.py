@@ -62,8 +62,7 @@ def life_in(connection: Connection, codec: Codec, part: Part) -> Life:
     links = _links(connection, codec, [joined(one.value.identity) for one in every[Cut]])
     named = {str(one.value.correction) for one in every[Cut]} - {""}
     return Life(
-        *(part, tuple(every[Cut]), tuple(every[Inspection])),
-        *(links, tuple(_records(connection, codec, part, named))),
+        part, tuple(every[Cut]), tuple(every[Inspection]), links, tuple(_records(connection, codec, part, named))
     )
 
 

@@ -97,7 +97,16 @@ def found(connection: Connection, codec: Codec, query: Query) -> Iterator[Kept[A
 def kept(row: Result[Any], value: Any) -> Kept[Any]:
     """Returns a row with its value."""
     at = datetime.fromisoformat(row.kept_at)
-    return Kept(row.id, value, at, False, row.superseded_by, row.supersedes, row.kept_by, row.reason)
+    return Kept(
+        row=row.id,
+        value=value,
+        kept_at=at,
+        new=False,
+        superseded_by=row.superseded_by,
+        supersedes=row.supersedes,
+        by=row.kept_by,
+        why=row.reason,
+    )
 
 
 def decoded(codec: Codec, kind: Kind, row: Result[Any], values: tuple[Any, ...] = ()) -> Any:

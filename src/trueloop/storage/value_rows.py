@@ -185,8 +185,22 @@ def _reading(*cells: Any) -> Reading:
     name, quantity, actual, nominal, lower, upper, feature, other, axis, places, *rest = cells
     place, (repeat, u, at, temperature, line, side) = tuple(rest[:places]), rest[3:]
     return Reading(
-        *(name, Quantity(quantity), actual, nominal, lower, upper, feature, other, axis, place, repeat, u),
-        *(None if at is None else datetime.fromisoformat(at), temperature, line, side),
+        characteristic=name,
+        quantity=Quantity(quantity),
+        actual=actual,
+        nominal=nominal,
+        lower_limit=lower,
+        upper_limit=upper,
+        feature=feature,
+        other=other,
+        axis=axis,
+        place_mm=place,
+        repeat=repeat,
+        standard_u=u,
+        measured_at=None if at is None else datetime.fromisoformat(at),
+        temperature_c=temperature,
+        line=line,
+        side=side,
     )
 
 

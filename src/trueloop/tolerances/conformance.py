@@ -32,7 +32,14 @@ def judge(
     margins = [*([] if lower is None else [value - lower]), *([] if upper is None else [upper - value])]
     margin = min(margins, default=None)
     if margin is None:
-        return Judgement(value, standard_u, degrees_of_freedom, None, None, None)
+        return Judgement(
+            value=value,
+            standard_u=standard_u,
+            degrees_of_freedom=degrees_of_freedom,
+            probability_in=None,
+            margin=None,
+            verdict=None,
+        )
     return Judgement(
         value=value,
         standard_u=standard_u,

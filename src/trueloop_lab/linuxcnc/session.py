@@ -124,12 +124,7 @@ def configuration(files: Mapping[str, bytes], modules: Mapping[str, bytes] | Non
 @contextmanager
 def _session(program: bytes, feed_override: float, extra_hal: str, *, sample: bool) -> Iterator[Path]:
     """A configuration whose operator runs one program."""
-    order = {
-        "program": "program.ngc",
-        "feed_override": feed_override,
-        "sample": sample,
-        "timeout_s": TIMEOUT_S,
-    }
+    order = {"program": "program.ngc", "feed_override": feed_override, "sample": sample, "timeout_s": TIMEOUT_S}
     files = {"program.ngc": program, "extra.hal": extra_hal.encode(), "order.json": json.dumps(order).encode()}
     with configuration(files) as folder:
         yield folder

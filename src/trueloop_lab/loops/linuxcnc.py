@@ -31,14 +31,7 @@ from trueloop.probing.stylus import Stylus, stock_obstacle
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
 from trueloop_lab.linuxcnc.session import ProbedPart, Progress, cut, probe
-from trueloop_lab.loops.turned import (
-    SimulatedPart,
-    Trial,
-    finish_along,
-    finishing_machine,
-    measured_part,
-    random_of,
-)
+from trueloop_lab.loops.turned import SimulatedPart, Trial, finish_along, finishing_machine, measured_part, random_of
 from trueloop_lab.simulator.machine import VirtualProbe
 from trueloop_lab.simulator.nose import CentrePath, path_of_positions
 from trueloop_lab.simulator.presets import Workshop

@@ -48,9 +48,7 @@ def _image() -> bytes:
         slope=image.bank.slope / 100,
         bodies=tuple(
             replace(
-                body,
-                powers=body.powers / 100,
-                per_unit=tuple((place, added / 100) for place, added in body.per_unit),
+                body, powers=body.powers / 100, per_unit=tuple((place, added / 100) for place, added in body.per_unit)
             )
             for body in image.bank.bodies
         ),

@@ -77,11 +77,7 @@ def test_a_program_s_points_are_those_of_the_job_turned_by_the_angle(tmp_path: P
     assert "F(P1)=FEAT/POINT,CART,0,63.8721,-149.1631,0,0.874791,0.4845" in lines
     at = lines.index("MEAS/POINT,F(P1),1")
     assert lines[at - 1] == "GOTO/CART,0,67.3713,-147.2251"  # 63.8721 + 4 · 0.874791, −149.1631 + 4 · 0.4845
-    assert lines[at + 1 : at + 4] == [
-        "PTMEAS/CART,0,63.8721,-149.1631,0,0.874791,0.4845",
-        "ENDMES",
-        "OUTPUT/FA(P1)",
-    ]
+    assert lines[at + 1 : at + 4] == ["PTMEAS/CART,0,63.8721,-149.1631,0,0.874791,0.4845", "ENDMES", "OUTPUT/FA(P1)"]
     assert sum(line.startswith("MEAS/POINT") for line in lines) == 32
     assert (lines[0], lines[-1]) == ("DMISMN/'MODBAS2, 3.52 in',05.2", "ENDFIL")
     assert {"UNITS/MM,ANGDEC", "SNSET/APPRCH,3", "SNSET/RETRCT,3"} <= set(lines)

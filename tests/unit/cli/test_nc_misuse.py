@@ -144,11 +144,7 @@ def test_what_is_not_understood_is_said_beside_what_was_made_of_the_path(tmp_pat
     strange.write_text("G21 G90 F100\nG0 X0 Y0\nG123 X5\nG1 X10 ??\nM30\n")
     plain = tmp_path / "plain.ngc"
     plain.write_text("G21 G90 F100\nG0 X0 Y0\nX5\nG1 X10\nM30\n")
-    commands = [
-        ("path", strange),
-        ("diff", strange, plain),
-        ("diff", plain, strange),
-    ]
+    commands = [("path", strange), ("diff", strange, plain), ("diff", plain, strange)]
     for command in commands:
         said = invoke("nc", *command, "-d", "linuxcnc").stderr
         assert f'{strange}:3:1: warning NC-CODE: "G123" is no code of the dialect linuxcnc' in said

@@ -133,11 +133,7 @@ def _changed(change: Callable[[dict[str, Any]], object]) -> str:
         (_changed(lambda plain: plain.update(pair=[1.0, True])), "the document", "pair"),
         (_changed(lambda plain: plain.update(unit="ft")), "the document", "unit"),
         (_changed(lambda plain: plain.update(by_name={"k": "1"})), "the document", "by_name"),
-        (
-            _changed(lambda plain: plain.update(when=TODAY)),
-            "the document.when",
-            "today",
-        ),
+        (_changed(lambda plain: plain.update(when=TODAY)), "the document.when", "today"),
         (_changed(lambda plain: plain["inner"][0]["values_mm"].update(shape=[3])), "inner[0].values_mm", "shape"),
         (_changed(lambda plain: plain["inner"][0]["values_mm"].update(of="object")), "inner[0].values_mm", "object"),
         (_changed(lambda plain: plain["inner"][0]["values_mm"].update(of="int64")), "inner[0].values_mm", "int64"),

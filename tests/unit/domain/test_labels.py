@@ -29,10 +29,7 @@ FACETST = PartType("1411", material="A2")
         ("1411-A2-P1.560", PartLabel("1411", "A2", "P1", "560")),
         ("1411-A2-P1", PartLabel("1411", "A2", "P1")),
         ("1411-A2-P1.007", PartLabel("1411", "A2", "P1", "007")),
-        (
-            "1411-A2-P1-S-D-X",
-            ProgramLabel(PartLabel("1411", "A2", "P1"), Stage.SEMIFINISH, Operation.PROBING, "X"),
-        ),
+        ("1411-A2-P1-S-D-X", ProgramLabel(PartLabel("1411", "A2", "P1"), Stage.SEMIFINISH, Operation.PROBING, "X")),
         ("1411-A2-P1-F-M", ProgramLabel(PartLabel("1411", "A2", "P1"), Stage.FINISH, Operation.MACHINING)),
         ("1411-A2-P1-R-S", ProgramLabel(PartLabel("1411", "A2", "P1"), Stage.ROUGH, Operation.SCANNING)),
         ("1411.559", NistPart("1411", "559")),

@@ -44,10 +44,7 @@ def tables(text: str) -> OffsetTables:
 
 def test_geometry_and_wear_add_up_and_offsets_have_numbers() -> None:
     found = tables(FILE)
-    assert found.tools == (
-        CutterTool(0.8, 3, 1, None, (-149.75, 0.0, -80.0)),
-        CutterTool(0.0, None, 12, 50.0, None),
-    )
+    assert found.tools == (CutterTool(0.8, 3, 1, None, (-149.75, 0.0, -80.0)), CutterTool(0.0, None, 12, 50.0, None))
     assert found.work_mm == ((1, (0.0, 0.0, -120.0)), (102, (5.0, 6.0, 0.0)))
 
 

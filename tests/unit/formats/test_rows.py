@@ -168,8 +168,7 @@ def test_stated_uncertainties_and_what_the_process_took_are_in_mm(path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
-    [("0,up,1,0.9", "given twice"), ("0,up,1.5,0", "cycle 1.5"), ("9,Up,1,0", "approach 'Up'")],
+    ("line", "said"), [("0,up,1,0.9", "given twice"), ("0,up,1.5,0", "cycle 1.5"), ("9,Up,1,0", "approach 'Up'")]
 )
 def test_a_positioning_test_is_refused_where_a_row_would_be_lost(path: Path, line: str, said: str) -> None:
     kind = KINDS["positioning"]

@@ -147,10 +147,7 @@ def test_what_is_added_and_taken_away_again_leaves_the_values(x: Decimal, z: Dec
         before = replace(read(Path(name), text, "mm"), unit="mm")
         after = read(Path(name), new_table(before, there, "ID").content.decode(), "mm")
         factor = 2 if name == "fanuc.txt" else 1
-        assert numbers(after)[1:] == (
-            x + factor * Decimal(dx).scaleb(-3),
-            z + Decimal(dz % 150).scaleb(-3),
-        )
+        assert numbers(after)[1:] == (x + factor * Decimal(dx).scaleb(-3), z + Decimal(dz % 150).scaleb(-3))
 
 
 @pytest.mark.corpus

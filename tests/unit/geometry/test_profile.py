@@ -8,14 +8,7 @@ import pytest
 from tests.support.profiles import modbas2, polyline
 from trueloop.geometry.curve_kinds import ellipse
 from trueloop.geometry.feature import Arc, Feature, Line, pieces_within
-from trueloop.geometry.profile import (
-    JunctionKind,
-    Profile,
-    Side,
-    junctions_of,
-    kind_of,
-    named_by_kind,
-)
+from trueloop.geometry.profile import JunctionKind, Profile, Side, junctions_of, kind_of, named_by_kind
 
 CYLINDER = Line("cylinder", (20.0, -10.0), (20.0, 0.0))
 CROWN = Arc("crown", (20.0, 0.0), (20.0 * math.cos(0.5), 20.0 * math.sin(0.5)), (0.0, 0.0), 0.5)

@@ -196,10 +196,7 @@ def test_the_released_part_counts_and_an_inspection_after_an_earlier_cut_does_no
     cut, early = _cut(), replace(_cut(), stage=Stage.SEMIFINISH, at=AT - timedelta(hours=2))
     on_machine = inspected(replace(JOURNAL, actual=24.009), device="probe", hours=9)
     before = inspected(replace(JOURNAL, actual=24.4), device="probe", hours=-1)
-    links = (
-        InspectionLink(on_machine.identity, cut.identity),
-        InspectionLink(before.identity, early.identity),
-    )
+    links = (InspectionLink(on_machine.identity, cut.identity), InspectionLink(before.identity, early.identity))
     alone = only(certified(cut, early, on_machine, before, *links))
     assert alone.actual == 24.009
     assert "measured on the machine that cut it, which does not see its own errors" in alone.remarks

@@ -143,9 +143,7 @@ def test_the_sensors_that_matter_are_chosen_and_the_others_are_not() -> None:
     late = Lag("late", "T2", 1000.0, between_s=(300.0, 20000.0))
     plain = (Term(error_name("EZ0S")), Term(error_name("EAZ"), TERMS[1].parts))
     form = Form(
-        plain,
-        (COLUMN, BEARING, late),
-        (Choice(error_name("EZ0S"), tuple(Part(CONSTANT, n, 0.0) for n in names), 3),),
+        plain, (COLUMN, BEARING, late), (Choice(error_name("EZ0S"), tuple(Part(CONSTANT, n, 0.0) for n in names), 3),)
     )
     found, chosen = fit_form(MILL, form, data)
     assert {c.signal for c in chosen} == {"column", "bearing"}

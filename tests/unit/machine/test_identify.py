@@ -82,11 +82,7 @@ def test_the_sign_of_every_term(machine: Machine) -> None:
 def test_equation_3_with_backlash_and_three_segments() -> None:
     """[4773 Eq. 3] δz(z) = A + B·T12 + C·z + D·z², own parameters each way and in three segments joined smoothly."""
     rng = np.random.default_rng(14)
-    form = Term(
-        error_name("EZZ"),
-        (Part(segments(-300.0, 0.0, 3, 2)), Part(CONSTANT, "T12", 20.0)),
-        both_ways=True,
-    )
+    form = Term(error_name("EZZ"), (Part(segments(-300.0, 0.0, 3, 2)), Part(CONSTANT, "T12", 20.0)), both_ways=True)
     assert form.size == 2 * (5 + 1)
     z = rng.uniform(-300, 0, 300)
     travel, warm = rng.choice([-1.0, 1.0], 300), rng.uniform(20, 35, 300)

@@ -86,8 +86,7 @@ def test_complete_machining_roughs_and_then_finishes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("contour", "kind", "side"),
-    [(OUTSIDE, 5, 42), (INSIDE, 7, 41), (FACE, 6, 41), (OUTSIDE.replace("Z-", "Z"), 5, 41)],
+    ("contour", "kind", "side"), [(OUTSIDE, 5, 42), (INSIDE, 7, 41), (FACE, 6, 41), (OUTSIDE.replace("Z-", "Z"), 5, 41)]
 )
 def test_finishing_keeps_the_nose_off_on_its_side(contour: str, kind: int, side: int) -> None:
     path = run(text(contour, f'CYCLE95("PART",2,,,,0.3,0.1,0.15,{kind},,,0.5)'))

@@ -11,15 +11,7 @@ from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
-from trueloop_lab.simulator.mill import (
-    STEP_MM,
-    EndMill,
-    MilledStock,
-    Passes,
-    VirtualCmm,
-    VirtualMill,
-    passes_over,
-)
+from trueloop_lab.simulator.mill import STEP_MM, EndMill, MilledStock, Passes, VirtualCmm, VirtualMill, passes_over
 from trueloop_lab.simulator.process import WAVES, SurfaceProcess, Variation, published_process
 
 RADIUS = 3.0

@@ -65,11 +65,7 @@ def test_without_limits_there_is_no_verdict() -> None:
     assert (found.verdict, found.probability_in, found.margin) == (None, None, None)
 
 
-@given(
-    value=st.floats(-5.0, 5.0),
-    u=st.floats(1e-3, 3.0),
-    freedom=st.one_of(st.none(), st.integers(1, 50)),
-)
+@given(value=st.floats(-5.0, 5.0), u=st.floats(1e-3, 3.0), freedom=st.one_of(st.none(), st.integers(1, 50)))
 def test_a_proven_verdict_has_its_probability(value: float, u: float, freedom: int | None) -> None:
     found = judge(value, u, freedom, None, 1.0)
 

@@ -172,12 +172,7 @@ def test_the_radius_of_an_arc_is_that_of_a_circle_through_its_errors(feature: st
     def off(p: Array) -> Array:
         return np.asarray(np.hypot(points[:, 0] - p[0], points[:, 1] - p[1]) - p[2])
 
-    fitted = least_squares(
-        off,
-        (*arc.centre_mm, arc.radius_mm),
-        xtol=1e-15,
-        ftol=1e-15,
-    )
+    fitted = least_squares(off, (*arc.centre_mm, arc.radius_mm), xtol=1e-15, ftol=1e-15)
     sees = seen(reading(feature, Quantity.RADIUS, float(fitted.x[2])))
     assert of_errors(sees, {feature: error}) == pytest.approx(sees.value_mm, abs=0.001 * UM)
     constant = of_errors(sees, {feature: lambda s: np.full(len(s), UM)})

@@ -14,13 +14,7 @@ from pathlib import PurePath
 from typing import Any, Final
 from urllib.error import HTTPError
 
-from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import (
-    LARGEST,
-    Current,
-    fetched,
-    is_address,
-    read_current,
-)
+from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import LARGEST, Current, fetched, is_address, read_current
 from trueloop.controllers.linuxcnc.realtime.signals.readings import unix_s
 from trueloop.controllers.mtconnect.items import (
     AXES,

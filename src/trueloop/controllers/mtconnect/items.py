@@ -107,7 +107,14 @@ def items(machine: Machine) -> list[Item]:
             for name in machine.temperatures
         ),
         *(item for axis in machine.axes for item in _of_axis(axis, axis in machine.corrections)),
-        Item("S1speed", "ROTARY_VELOCITY", "SAMPLE", "COMMANDED", "REVOLUTION/MINUTE", ("Rotary", "S1")),
+        Item(
+            key="S1speed",
+            type="ROTARY_VELOCITY",
+            category="SAMPLE",
+            sub_type="COMMANDED",
+            units="REVOLUTION/MINUTE",
+            of=("Rotary", "S1"),
+        ),
         Item("estop", "EMERGENCY_STOP"),
         Item("system", "SYSTEM", "CONDITION"),
         *(_of_path()),
@@ -118,7 +125,7 @@ def _of_axis(axis: str, corrected: bool) -> Iterator[Item]:
     straight = axis in LINEAR
     of = ("Linear" if straight else "Rotary", axis)
     kind, units = ("POSITION", "MILLIMETER") if straight else ("ANGLE", "DEGREE")
-    yield Item(f"{axis}pos", kind, "SAMPLE", "ACTUAL", units, of)
+    yield Item(key=f"{axis}pos", type=kind, category="SAMPLE", sub_type="ACTUAL", units=units, of=of)
     if corrected:
         yield Item(f"{axis}corr", "DISPLACEMENT", "SAMPLE", units="MILLIMETER", of=of)
 
@@ -134,7 +141,7 @@ def _of_path() -> Iterator[Item]:
         ("part_id", "PART_ID", ""),
     ):
         yield Item(key, kind, sub_type=sub_type, of=of)
-    yield Item("feed", "PATH_FEEDRATE", "SAMPLE", "ACTUAL", "MILLIMETER/SECOND", of)
+    yield Item(key="feed", type="PATH_FEEDRATE", category="SAMPLE", sub_type="ACTUAL", units="MILLIMETER/SECOND", of=of)
 
 
 def devices_xml(machine: Machine) -> bytes:

@@ -197,7 +197,12 @@ def judge(series: SeenSeries) -> Diagnosis:
     found = shares(by_gain[gain])
     candidates = _candidates(given, errors, series, gain, found)
     return Diagnosis(
-        candidates, _by_key(given, found), found[()], decide(candidates, series), gain, noticed(series, gain, certain)
+        candidates=candidates,
+        hypotheses=_by_key(given, found),
+        sound=found[()],
+        decide=decide(candidates, series),
+        gain=gain,
+        findings=noticed(series, gain, certain),
     )
 
 
@@ -267,9 +272,15 @@ def _candidate(
 ) -> Candidate:
     way = given.ways[v]
     return Candidate(
-        way.cause, _features(errors, size), probability, size.mm, size.standard_u_mm, support(way, seen, size),
-        against(way, seen, size, series), way.tool,
-    )  # fmt: skip
+        cause=way.cause,
+        features=_features(errors, size),
+        probability=probability,
+        size_mm=size.mm,
+        standard_u_mm=size.standard_u_mm,
+        supports=support(way, seen, size),
+        contradicts=against(way, seen, size, series),
+        tool=way.tool,
+    )
 
 
 def _features(errors: SurfaceErrors, size: Size) -> tuple[str, ...]:

@@ -61,7 +61,12 @@ def surface_errors(series: SeenSeries) -> SurfaceErrors | None:
         return None
     places, values, u, corrected = zip(*found, strict=True)
     return SurfaceErrors(
-        joined(places), np.concatenate(values), np.concatenate(u), np.concatenate(corrected), signals, known
+        places=joined(places),
+        value_mm=np.concatenate(values),
+        standard_u_mm=np.concatenate(u),
+        corrected_mm=np.concatenate(corrected),
+        signals=signals,
+        depths_known=known,
     )
 
 

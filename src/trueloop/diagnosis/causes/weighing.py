@@ -161,9 +161,13 @@ class Weighed:
     def chosen(self, rows: Flags) -> "Weighed":
         """Some sizes of the process."""
         return Weighed(
-            self.log_prior[rows], self.columns[rows], self.with_values[rows], self.values[rows], self.count,
-            self.wavy[rows],
-        )  # fmt: skip
+            log_prior=self.log_prior[rows],
+            columns=self.columns[rows],
+            with_values=self.with_values[rows],
+            values=self.values[rows],
+            count=self.count,
+            wavy=self.wavy[rows],
+        )
 
 
 @dataclass(frozen=True)
@@ -189,12 +193,12 @@ class Products:
         """Of the values as they had been without correction, if `gain` of what is recorded arrived: E = F + g C."""
         sum_of = np.array([1.0, gain])
         return Weighed(
-            self.log_prior,
-            self.joined[:, :-2, :-2],
-            self.joined[:, :-2, -2:] @ sum_of,
-            sum_of @ (self.joined[:, -2:, -2:] @ sum_of[:, None])[..., 0].T,
-            self.count,
-            self.wavy,
+            log_prior=self.log_prior,
+            columns=self.joined[:, :-2, :-2],
+            with_values=self.joined[:, :-2, -2:] @ sum_of,
+            values=sum_of @ (self.joined[:, -2:, -2:] @ sum_of[:, None])[..., 0].T,
+            count=self.count,
+            wavy=self.wavy,
         )
 
 

@@ -52,12 +52,12 @@ def straightness_of(form: Form, name: str) -> tuple[FeatureError, ...]:
     gradient: Array = SHAPES[int(np.argmax(shape))] - SHAPES[int(np.argmin(shape))]
     u = max(float(np.sqrt(gradient @ covariance @ gradient)), 0.0 if peak_to_valley > noise else noise / np.sqrt(2.0))
     found = FeatureError(
-        name,
-        ErrorKind.STRAIGHTNESS,
-        float(np.sqrt(max(peak_to_valley**2 - noise**2, 0.0))),
-        u,
-        form.points.readings,
-        form.degrees_of_freedom,
+        feature=name,
+        kind=ErrorKind.STRAIGHTNESS,
+        value_mm=float(np.sqrt(max(peak_to_valley**2 - noise**2, 0.0))),
+        standard_u_mm=u,
+        points=form.points.readings,
+        degrees_of_freedom=form.degrees_of_freedom,
         more=_powers(form),
     )
     return found, _waviness(form, name)
@@ -91,7 +91,15 @@ def _waviness(form: Form, name: str) -> FeatureError:
     u = float(max((tau - low) / 2.0, (high - tau) / 2.0, np.sqrt(total / (2.0 * spare))))
     interval = [np.sqrt(max(spare * total / chi2.ppf(p, spare) - device, 0.0)) for p in (0.975, 0.025)]
     more = {"low_mm": float(interval[0]), "high_mm": float(interval[1])}
-    return FeatureError(name, ErrorKind.WAVINESS, tau, u, points.readings, spare, more=more)
+    return FeatureError(
+        feature=name,
+        kind=ErrorKind.WAVINESS,
+        value_mm=tau,
+        standard_u_mm=u,
+        points=points.readings,
+        degrees_of_freedom=spare,
+        more=more,
+    )
 
 
 KINDS: Final = {1: ErrorKind.ECCENTRICITY, 3: ErrorKind.LOBING}
@@ -118,7 +126,15 @@ def roundness_of(form: Form, name: str) -> tuple[FeatureError, ...]:
         u = float(np.sqrt(way @ covariance @ way)) + (amplitude - value) / 4.0
         more = {"highest_rad": float(np.arctan2(parts[1], parts[0])) / waves}
         found.append(
-            FeatureError(name, KINDS[waves], value, u, form.points.readings, form.degrees_of_freedom, more=more)
+            FeatureError(
+                feature=name,
+                kind=KINDS[waves],
+                value_mm=value,
+                standard_u_mm=u,
+                points=form.points.readings,
+                degrees_of_freedom=form.degrees_of_freedom,
+                more=more,
+            )
         )
     return tuple(found)
 
@@ -175,7 +191,15 @@ def _line(form: Form, place: FeaturePlace) -> Iterator[FeatureError]:
 def _error(
     form: Form, place: FeaturePlace, kind: ErrorKind, value: float, u: float, more: Mapping[str, float]
 ) -> FeatureError:
-    return FeatureError(place.name, kind, value, u, form.points.readings, form.degrees_of_freedom, more=more)
+    return FeatureError(
+        feature=place.name,
+        kind=kind,
+        value_mm=value,
+        standard_u_mm=u,
+        points=form.points.readings,
+        degrees_of_freedom=form.degrees_of_freedom,
+        more=more,
+    )
 
 
 def _lengths(forms: Mapping[str, Form], places: Mapping[str, FeaturePlace]) -> Iterator[FeatureError]:
@@ -186,13 +210,13 @@ def _lengths(forms: Mapping[str, Form], places: Mapping[str, FeaturePlace]) -> I
         freedom = [f for f in (forms[name].degrees_of_freedom for name in (farther, nearer)) if f is not None]
         readings = forms[farther].points.readings + forms[nearer].points.readings
         yield FeatureError(
-            farther,
-            ErrorKind.LENGTH,
-            value - other,
-            float(np.hypot(u, other_u)),
-            readings,
-            min(freedom) if freedom else None,
-            nearer,
+            feature=farther,
+            kind=ErrorKind.LENGTH,
+            value_mm=value - other,
+            standard_u_mm=float(np.hypot(u, other_u)),
+            points=readings,
+            degrees_of_freedom=min(freedom) if freedom else None,
+            other=nearer,
         )
 
 

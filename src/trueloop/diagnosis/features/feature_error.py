@@ -126,13 +126,13 @@ def averaged(points: SeenPoints) -> Averaged:
     chi_squared = float(np.sum(((points.error_mm - mean[which]) / u) ** 2))
     excess = spare > 0 and chi_squared > spare
     return Averaged(
-        points.nominal_mm[first],
-        points.normal[first],
-        mean,
-        np.sqrt((chi_squared / spare if excess else 1.0) / total),
-        points.spindle_rad[first],
-        len(u),
-        spare if excess else None,
+        nominal_mm=points.nominal_mm[first],
+        normal=points.normal[first],
+        error_mm=mean,
+        standard_u_mm=np.sqrt((chi_squared / spare if excess else 1.0) / total),
+        spindle_rad=points.spindle_rad[first],
+        readings=len(u),
+        degrees_of_freedom=spare if excess else None,
     )
 
 

@@ -91,7 +91,16 @@ def _fit(
     weight = -0.5 * (n * np.log(variance) + squares / variance + parameters * np.log(n)) - np.log(tried)
     scatter = float(np.sqrt(squares / spare))
     change_u = max(scatter, expected_mm) / np.sqrt(shape_squares)
-    return Pattern(name, change, float(change_u), scatter, spare, float(weight), at, settles_after)
+    return Pattern(
+        name=name,
+        change_mm=change,
+        change_u_mm=float(change_u),
+        scatter_mm=scatter,
+        spare=spare,
+        weight=float(weight),
+        at=at,
+        settles_after=settles_after,
+    )
 
 
 FALSE_ALARMS: Final = 0.01
@@ -180,7 +189,18 @@ def fixturing(values_mm: Array, standard_u_mm: float, limit_mm: float | None = N
         step, at = replace(step, value_mm=best.change_mm, standard_u_mm=best.change_u_mm, significant=found), best.at
     large = [s for s in (spread, drift, step) if s.significant and (limit_mm is None or abs(s.value_mm) > limit_mm)]
     settles = best.settles_after if shows is Instability.WARM_UP else None
-    return Fixturing(n, float(values.mean()), spread, drift, step, at, shows, settles, not large, limit_mm)
+    return Fixturing(
+        count=n,
+        mean_mm=float(values.mean()),
+        spread=spread,
+        drift=drift,
+        step=step,
+        step_at=at,
+        shows=shows,
+        settles_after=settles,
+        stable=not large,
+        limit_mm=limit_mm,
+    )
 
 
 def unstable(what: str, found: Fixturing) -> Finding | None:

@@ -140,7 +140,16 @@ def form_of(points: Averaged, place: FeaturePlace) -> Form:
     columns = np.hstack([_polynomials(along, ends, int(straight)), around])
     scatter = None if smooth is None else smooth.scatter_mm
     line = fitted(columns, points.error_mm, points.standard_u_mm, scatter)
-    return Form(points, along, ends, whole, int(straight), waves, line, smooth)
+    return Form(
+        points=points,
+        along_mm=along,
+        ends_mm=ends,
+        whole_mm=whole,
+        degree=int(straight),
+        waves=waves,
+        line=line,
+        smooth=smooth,
+    )
 
 
 def _along(points: Averaged, place: FeaturePlace) -> tuple[Array, tuple[float, float]]:

@@ -81,7 +81,15 @@ class TakenOut:
     def only(self, which: Flags) -> "TakenOut":
         """With some of the settings alone."""
         gram, right, squares, volume = self.gram[which], self.right[which], self.squares[which], self.volume[which]
-        return TakenOut(gram, right, squares, volume, self.count, self.variances[which], self.tried)
+        return TakenOut(
+            gram=gram,
+            right=right,
+            squares=squares,
+            volume=volume,
+            count=self.count,
+            variances=self.variances[which],
+            tried=self.tried,
+        )
 
 
 def taken_out(set_up: SetUps, rows: Array, values: Array, scatter: Array) -> TakenOut:
@@ -97,7 +105,13 @@ def taken_out(set_up: SetUps, rows: Array, values: Array, scatter: Array) -> Tak
         volumes.append(-0.5 * np.linalg.slogdet(inside)[1])
     left, volume = np.stack(products), np.array(volumes)
     return TakenOut(
-        left[:, :-1, :-1], left[:, :-1, -1], left[:, -1, -1], volume, len(values), set_up.tried, len(volume)
+        gram=left[:, :-1, :-1],
+        right=left[:, :-1, -1],
+        squares=left[:, -1, -1],
+        volume=volume,
+        count=len(values),
+        variances=set_up.tried,
+        tried=len(volume),
     )
 
 
@@ -162,7 +176,16 @@ def question(chain: Chain, seen: Residuals, *, turned: bool = False) -> Question
     possible = {one: share for one, share in prior.items() if all(part in found for part in one.parts)}
     zero = np.zeros((len(seen.part), 1))
     set_up = set_ups(seen.part, seen.normal, points)
-    return Question(chain, seen, possible, found, place, np.hstack([*rows, zero]), set_up, np.ones(len(zero)))
+    return Question(
+        chain=chain,
+        seen=seen,
+        prior=possible,
+        columns=found,
+        place=place,
+        rows=np.hstack([*rows, zero]),
+        set_up=set_up,
+        scatter=np.ones(len(zero)),
+    )
 
 
 def log_evidence(asked: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
@@ -218,4 +241,11 @@ def posterior(asked: Question, products: TakenOut, hypothesis: Hypothesis) -> Po
     left = asked.values - rows @ mean
     noise = (2.0 + float(np.sum((left / asked.scatter) ** 2) + np.sum(mean**2 / before))) / (2.0 + len(left))
     k = len(index)
-    return Posterior(hypothesis, mean[:k], noise * spread[:k, :k], noise, noise * set_up, left)
+    return Posterior(
+        hypothesis=hypothesis,
+        mean=mean[:k],
+        covariance=noise * spread[:k, :k],
+        noise=noise,
+        setting=noise * set_up,
+        left=left,
+    )

@@ -77,8 +77,15 @@ def next_block(facts: NextFacts, request: NextBlock, by: By, now: datetime) -> C
         return Changes(answer=Offer(facts.run, what.order.block(step.no), sent, checks, mode))
     model = order.route.conditions.model_sha256 or ""
     run = Run(
-        *(key, order.id, what.part.value, step.no, attempt, order.machine),
-        *(step.program_sha256, sha256(sent).hexdigest(), model),
+        key=key,
+        order=order.id,
+        part=what.part.value,
+        step=step.no,
+        attempt=attempt,
+        machine=order.machine,
+        program_sha256=step.program_sha256,
+        sent_sha256=sha256(sent).hexdigest(),
+        model_sha256=model,
     )
     offered = replace(step, state=StepState.OFFERED, run=key, attempts=attempt)
     after = what.order.with_part(what.part.with_step(offered))
@@ -143,7 +150,13 @@ def plan_order(facts: PlanFacts, request: PlanOrder, by: By, now: datetime) -> C
     part_type = facts.part_type or PartType(request.part_type, request.revision)
     route = Route(request.blocks, request.job_toml, request.conditions, request.probe_toml, request.probe_control)
     order = WorkOrder(
-        f"O{facts.number}", part_type, facts.machine or Machine(request.machine), request.serials, route, now, by.name
+        id=f"O{facts.number}",
+        part_type=part_type,
+        machine=facts.machine or Machine(request.machine),
+        serials=request.serials,
+        route=route,
+        made_at=now,
+        made_by=by.name,
     )
     said = {"parts": str(len(request.serials)), "route_sha256": route.sha256}
     return Changes((order_now(order, facts.number),), (order,), events=(Event("planned", f"order:{order.id}", said),))

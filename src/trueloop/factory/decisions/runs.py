@@ -184,8 +184,7 @@ def _held(part: PartNow, step: StepNow, known: RunKnown) -> PartNow:
     run, serial = known.run, part.value.serial
     if (other := read_back_otherwise(run, known.facts)) is not None:
         return part.held(
-            Code.FAC_READBACK,
-            f"for part {serial!r} {run.sent_sha256[:16]!r} was sent, and {other[:16]!r} read back",
+            Code.FAC_READBACK, f"for part {serial!r} {run.sent_sha256[:16]!r} was sent, and {other[:16]!r} read back"
         )
     if step.state is StepState.UNKNOWN:
         return part.held(Code.FAC_CUT, f"step {step.no} ({step.kind}) of part {serial!r} started and did not end")

@@ -111,11 +111,13 @@ def machine_view(store: Store, name: str, now: datetime) -> MachineView:
     with known_of(store) as known:
         keys = select(func.count()).where(API_KEY.c.machine == name, API_KEY.c.ended_at.is_(None))
         return MachineView(
-            *(_wanted(known, name, now), part_on(known, name), _model(known, name)),
-            known.connection.scalar(keys) or 0,
-            tuple(_calibration(row) for row in _latest(known, CALIBRATION, CALIBRATION.c.machine == name)),
-            tuple(_temperatures(known, name, now)),
-            tuple(transfer_view(row) for row in _latest(known, TRANSFER, TRANSFER.c.control == name)),
+            now=_wanted(known, name, now),
+            part_id=part_on(known, name),
+            model_version=_model(known, name),
+            keys=known.connection.scalar(keys) or 0,
+            calibrations=tuple(_calibration(row) for row in _latest(known, CALIBRATION, CALIBRATION.c.machine == name)),
+            temperatures=tuple(_temperatures(known, name, now)),
+            transfers=tuple(transfer_view(row) for row in _latest(known, TRANSFER, TRANSFER.c.control == name)),
         )
 
 
@@ -186,7 +188,14 @@ def tool_rows(store: Store) -> tuple[ToolRow, ...]:
         set_at = None if key not in settings else settings[key].set_at
         insert = " ".join(filter(None, (edge.insert, edge.corner)))
         rows.append(
-            ToolRow(one.row, edge.tool.identity[0], insert, edge.tool.corner_radius_mm, set_at, parts.get(key, 0))
+            ToolRow(
+                id=one.row,
+                tool=edge.tool.identity[0],
+                edge=insert,
+                nose_radius_mm=edge.tool.corner_radius_mm,
+                set_at=set_at,
+                parts=parts.get(key, 0),
+            )
         )
     return tuple(rows)
 

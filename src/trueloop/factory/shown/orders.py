@@ -21,10 +21,7 @@ from trueloop.storage.tables import ROWS, TABLES
 
 FINISHED: Final = tuple(
     one.value
-    for one in (
-        *(PartState.FINISHED, PartState.INSPECTED, PartState.REMOVED, PartState.MEASURED),
-        PartState.RELEASED,
-    )
+    for one in (*(PartState.FINISHED, PartState.INSPECTED, PartState.REMOVED, PartState.MEASURED), PartState.RELEASED)
 )
 
 
@@ -63,7 +60,14 @@ def order_view(store: Store, order_id: str) -> OrderView:
         OrderPart(one.row, one.value.serial, one.state, tuple(step.state for step in one.steps), one.held_why)
         for one in now.parts
     )
-    return OrderView(row, str(now.version), now.order.route.sha256, blocks, parts, now.armed_parts)
+    return OrderView(
+        row=row,
+        etag=str(now.version),
+        route_sha256=now.order.route.sha256,
+        blocks=blocks,
+        parts=parts,
+        armed_parts=now.armed_parts,
+    )
 
 
 def _orders(known: Known, ids: Sequence[str]) -> Mapping[str, _Head]:
@@ -91,9 +95,15 @@ def _row(order: _Head, state: str, counts: Mapping[tuple[str, str], int]) -> Ord
     finished = sum(parts.get(one, 0) for one in FINISHED)
     held = parts.get(PartState.HELD.value, 0)
     return OrderRow(
-        *(order.id, order.part_type, order.machine),
-        *(sum(parts.values()), finished, held),
-        *(state, order.made_at, order.made_by),
+        id=order.id,
+        part_type=order.part_type,
+        machine=order.machine,
+        quantity=sum(parts.values()),
+        finished=finished,
+        held=held,
+        state=state,
+        made_at=order.made_at,
+        made_by=order.made_by,
     )
 
 
@@ -143,8 +153,14 @@ def _by_hand(known: Known) -> Iterator[Waiting]:
     for row in known.rows(query.order_by(STEP.c.part).limit(MOST)):
         action, role = _BY_HAND[row.kind]
         yield Waiting(
-            *(action, "part", str(row.part), row.machine, row.serial, f"step {row.no}", time(row.changed_at)),
-            role.value,
+            action=action,
+            subject="part",
+            id=str(row.part),
+            machine=row.machine,
+            part=row.serial,
+            said=f"step {row.no}",
+            since=time(row.changed_at),
+            role=role.value,
         )
 
 
@@ -165,7 +181,16 @@ def _proposed(known: Known) -> Iterator[Waiting]:
     for one, state, _ in states_of(known):
         if state == "open":
             said = f"{one.changes.value}: {', '.join(one.characteristics)}"
-            yield Waiting("review", "proposal", one.id, "", one.part_type.name, said, one.made_at, Role.ENGINEER.value)
+            yield Waiting(
+                action="review",
+                subject="proposal",
+                id=one.id,
+                machine="",
+                part=one.part_type.name,
+                said=said,
+                since=one.made_at,
+                role=Role.ENGINEER.value,
+            )
 
 
 def _alarms(known: Known) -> Iterator[Waiting]:
@@ -181,7 +206,8 @@ def _made(known: Known, began: str) -> Made:
     return Made(
         sum(counts.get(one, 0) for one in FINISHED),
         _in_tolerance(known, began),
-        *(known.connection.scalar(held) or 0, counts.get(PartState.REJECTED.value, 0)),
+        known.connection.scalar(held) or 0,
+        counts.get(PartState.REJECTED.value, 0),
         cpk_of_today(known, FINISHED, began),
     )
 

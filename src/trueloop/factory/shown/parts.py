@@ -93,9 +93,14 @@ def row_of(known: Known, row: Any) -> PartRow:
 
 def _row(part: Part, row: Any) -> PartRow:
     return PartRow(
-        *(row.id, part.part_type.name, part.part_type.revision, part.serial),
-        None if row.state is None else PartState(row.state),
-        *(row.order or "", row.machine or "", time(row.changed_at or row.kept_at)),
+        id=row.id,
+        part_type=part.part_type.name,
+        revision=part.part_type.revision,
+        serial=part.serial,
+        state=None if row.state is None else PartState(row.state),
+        order=row.order or "",
+        machine=row.machine or "",
+        changed_at=time(row.changed_at or row.kept_at),
     )
 
 
@@ -124,10 +129,15 @@ def part_life(store: Store, number: int) -> PartLife:
         found = life_in(known.connection, known.codec, part)
     cut_with = {one.values.get("correction", ""): one.values for one in events if one.what == "corrected"}
     return PartLife(
-        *(row, str(version or 0), part.serial, _tool(found), steps),
-        tuple(_inspection(found, one) for one in found.inspections),
-        tuple(correction_view(one.value, cut_with) for one in found.corrections),
-        *(certificates, events),
+        part=row,
+        etag=str(version or 0),
+        label=part.serial,
+        tool=_tool(found),
+        steps=steps,
+        inspections=tuple(_inspection(found, one) for one in found.inspections),
+        corrections=tuple(correction_view(one.value, cut_with) for one in found.corrections),
+        certificates=certificates,
+        events=events,
     )
 
 
@@ -146,9 +156,14 @@ def _steps(known: Known, number: int) -> Iterator[StepView]:
     for step in steps:
         told = sorted(facts.get(step.run, []), key=lambda one: one.at)
         yield StepView(
-            *(step.no, step.kind, step.state, step.attempts, step.run, step.program_sha256),
-            runs[step.run].sent_sha256 if step.run in runs else "",
-            tuple(FactView(one.what, one.at, one.witness, dict(one.values)) for one in told),
+            no=step.no,
+            kind=step.kind,
+            state=step.state,
+            attempts=step.attempts,
+            run=step.run,
+            program_sha256=step.program_sha256,
+            sent_sha256=runs[step.run].sent_sha256 if step.run in runs else "",
+            facts=tuple(FactView(one.what, one.at, one.witness, dict(one.values)) for one in told),
         )
 
 
@@ -171,8 +186,14 @@ def _inspection(found: Life, kept: Kept[Inspection]) -> InspectionView:
     errors = errors or [each.deviation_um for each in results if each.deviation_um is not None]
     rms = math.sqrt(sum(each**2 for each in errors) / len(errors)) if errors else None
     return InspectionView(
-        *(kept.row, one.measured_at, one.device or one.measured, "" if cut is None else cut.stage.value, one.sha256),
-        *(len(one.touches) + len(one.points), rms, results),
+        id=kept.row,
+        at=one.measured_at,
+        source=one.device or one.measured,
+        stage="" if cut is None else cut.stage.value,
+        file=one.sha256,
+        touches=len(one.touches) + len(one.points),
+        rms_um=rms,
+        results=results,
     )
 
 
@@ -184,18 +205,30 @@ def result(reading: Reading) -> Result:
     verdict = "" if low is None and high is None else "in" if inside else "out"
     deviation = None if reading.quantity is Quantity.ANGLE else (actual - nominal) * UM_PER_MM
     return Result(
-        *(reading.characteristic, reading.quantity.unit, nominal, low, high, actual, reading.standard_u),
-        *(deviation, verdict),
+        characteristic=reading.characteristic,
+        unit=reading.quantity.unit,
+        nominal=nominal,
+        lower_limit=low,
+        upper_limit=high,
+        actual=actual,
+        standard_u=reading.standard_u,
+        deviation_um=deviation,
+        verdict=verdict,
     )
 
 
 def correction_view(record: Record, cut_with: Mapping[str, Mapping[str, str]]) -> CorrectionView:
     """Makes a correction from its record; `cut_with`: what was stated with its program for a finish cut, by id."""
-    program = cut_with.get(record.id, {}).get("program_sha256", "")
-    source = ("", "") if record.program is None else (record.program.name, record.program.sha256)
     return CorrectionView(
-        *(record.id, record.product.value, record.made_at, record.made_by, tuple(record.decision), *source, program),
-        record.product is Product.TURNED,
+        id=record.id,
+        product=record.product.value,
+        made_at=record.made_at,
+        made_by=record.made_by,
+        summary=tuple(record.decision),
+        source="" if record.program is None else record.program.name,
+        source_sha256="" if record.program is None else record.program.sha256,
+        corrected_sha256=cut_with.get(record.id, {}).get("program_sha256", ""),
+        has_report=record.product is Product.TURNED,
     )
 
 
@@ -230,7 +263,15 @@ def _of_type(known: Known, part_type: str) -> Iterator[Cpk]:
         if lower is not None or upper is not None:
             in_order = tuple(values.values())[::-1]
             cpk, low, high = _cpk(in_order, lower, upper) if len(values) >= CAPABLE_FROM else NONE
-            yield Cpk(part_type, name, cpk, low, high, len(values), CAPABLE_FROM)
+            yield Cpk(
+                part_type=part_type,
+                characteristic=name,
+                cpk=cpk,
+                low=low,
+                high=high,
+                count=len(values),
+                needed=CAPABLE_FROM,
+            )
 
 
 def _readings(known: Known, part_type: str) -> Iterator[Any]:

@@ -183,13 +183,13 @@ def _refusal(one: Proposal, book: Book, now: datetime) -> str:
 
 def _effect(one: Effect) -> EffectView:
     return EffectView(
-        one.characteristic,
-        one.size_change_mm * UM_PER_MM,
-        one.error_before_mm * UM_PER_MM,
-        one.error_after_mm * UM_PER_MM,
-        one.standard_u_mm * UM_PER_MM,
-        one.probability_in_before,
-        one.probability_in_after,
+        characteristic=one.characteristic,
+        size_change_um=one.size_change_mm * UM_PER_MM,
+        error_before_um=one.error_before_mm * UM_PER_MM,
+        error_after_um=one.error_after_mm * UM_PER_MM,
+        standard_u_um=one.standard_u_mm * UM_PER_MM,
+        in_tolerance_before=one.probability_in_before,
+        in_tolerance_after=one.probability_in_after,
     )
 
 

@@ -84,7 +84,9 @@ def events_after(store: Store, last: int, most: int = 200) -> tuple[EventView, .
 
 def event_view(row: Any) -> EventView:
     """Makes an event from its row."""
-    return EventView(row.id, time(row.at), row.who, row.what, row.subject, json.loads(row.document))
+    return EventView(
+        id=row.id, at=time(row.at), who=row.who, what=row.what, subject=row.subject, values=json.loads(row.document)
+    )
 
 
 def alarm_rows(
@@ -131,8 +133,15 @@ def last_transfers(known: Known) -> Mapping[str, TransferView]:
 def transfer_view(row: Any) -> TransferView:
     """Makes a transfer from its row."""
     return TransferView(
-        *(row.id, time(row.at), row.who, row.control, row.name, row.direction, row.sent_sha256, row.read_back_sha256),
-        row.outcome,
+        id=row.id,
+        at=time(row.at),
+        who=row.who,
+        control=row.control,
+        program=row.name,
+        direction=row.direction,
+        sent_sha256=row.sent_sha256,
+        read_back_sha256=row.read_back_sha256,
+        outcome=row.outcome,
     )
 
 
@@ -168,7 +177,15 @@ def certificate_content(store: Store, number: int) -> bytes:
 
 def _certificate(known: Known, row: Any) -> CertificateRow:
     part = known.codec.from_json(row.document, Part)
-    return CertificateRow(row.id, part.part_type.name, part.serial, time(row.at), row.who, row.verdict, row.sha256)
+    return CertificateRow(
+        id=row.id,
+        part_type=part.part_type.name,
+        serial=part.serial,
+        made_at=time(row.at),
+        made_by=row.who,
+        verdict=row.verdict,
+        sha256=row.sha256,
+    )
 
 
 def _id(row: Any) -> int:

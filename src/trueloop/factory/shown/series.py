@@ -58,10 +58,17 @@ def _view(one: Tracked, book: Book, edges: Edges, say: Texts) -> SeriesView:
     low, high = (_um(limit, asked) for limit in (asked.lower_limit, asked.upper_limit))
     waiting = [item.id for item in book.waiting if any(of.series == one.series.identity for of in item.effects)]
     return SeriesView(
-        *(_row(one), asked.quantity.unit, asked.nominal, low, high, tuple(_points(one, inspections, edges))),
-        *(_acted_on(one, one.last), tuple(_moves(one, say))),
-        *(None if able is None else able.ppk, None if able is None else able.lower),
-        tuple(waiting),
+        row=_row(one),
+        unit=asked.quantity.unit,
+        nominal=asked.nominal,
+        lower_um=low,
+        upper_um=high,
+        points=tuple(_points(one, inspections, edges)),
+        weight=_acted_on(one, one.last),
+        moves=tuple(_moves(one, say)),
+        ppk=None if able is None else able.ppk,
+        ppk_lower=None if able is None else able.lower,
+        proposals=tuple(waiting),
     )
 
 
@@ -84,23 +91,33 @@ def _um(limit: float | None, asked: Characteristic) -> float | None:
 def _row(one: Tracked) -> SeriesRow:
     alarm, last = one.open_alarm, one.last
     return SeriesRow(
-        *(one.series.part_type.name, one.series.part_type.revision, one.series.name, len(one.parts)),
-        *(last.made.serial, last.made.error_mm * UM_PER_MM),
-        None if last.expected_mm is None else last.expected_mm * UM_PER_MM,
-        "" if alarm is None else f"part {alarm.made.serial}",
+        part_type=one.series.part_type.name,
+        revision=one.series.part_type.revision,
+        characteristic=one.series.name,
+        parts=len(one.parts),
+        last_serial=last.made.serial,
+        last_deviation_um=last.made.error_mm * UM_PER_MM,
+        expected_um=None if last.expected_mm is None else last.expected_mm * UM_PER_MM,
+        alarm="" if alarm is None else f"part {alarm.made.serial}",
     )
 
 
 def _points(one: Tracked, inspections: dict[Identity, Inspection], edges: Edges) -> Iterator[SeriesPoint]:
     for part in one.parts:
         made, seen = part.made, inspections.get(part.made.inspection)
+        edge = edges.get(made.serial)
         yield SeriesPoint(
-            *(made.serial, None if seen is None else seen.measured_at),
-            *(made.error_mm * UM_PER_MM, made.uncorrected_mm * UM_PER_MM),
-            None if part.expected_mm is None else part.expected_mm * UM_PER_MM,
-            *(_band(part), "beyond what was expected" if part.alarm else ""),
-            *("set" if made.set_before else "", not made.counts),
-            *((edge[0], edge_name(edge[1])) if (edge := edges.get(made.serial)) else (None, "")),
+            serial=made.serial,
+            at=None if seen is None else seen.measured_at,
+            deviation_um=made.error_mm * UM_PER_MM,
+            without_correction_um=made.uncorrected_mm * UM_PER_MM,
+            expected_um=None if part.expected_mm is None else part.expected_mm * UM_PER_MM,
+            band_um=_band(part),
+            alarm="beyond what was expected" if part.alarm else "",
+            tool_changed="set" if made.set_before else "",
+            quarantined=not made.counts,
+            edge=None if edge is None else edge[0],
+            tool="" if edge is None else edge_name(edge[1]),
         )
 
 

@@ -256,9 +256,7 @@ def _nothing(layer: str | None, document: Document, path: Path) -> TrueloopError
     where = f"layer '{layer}'" if layer else "the model space"
     layers = sorted({one.layer for one in document.entities})
     return _refusal(
-        path,
-        f"0 lines, arcs and polylines off the axis in {where}",
-        f"layers in use: {', '.join(layers) or 'none'}",
+        path, f"0 lines, arcs and polylines off the axis in {where}", f"layers in use: {', '.join(layers) or 'none'}"
     )
 
 

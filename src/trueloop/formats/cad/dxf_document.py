@@ -223,13 +223,13 @@ def _shape(kind: str, codes: tuple[int, ...]) -> _Shape | None:
     if marks and not _in_their_classes(at, marks, numbers):
         return None
     return _Shape(
-        tuple(at[code] for code in numbers),
-        tuple(at[code] for code in heights & set(at)),
-        tuple(at[code] for code in ASIDE_INT & set(at)),
-        at.get(8, 0),
-        at.get(6, 0),
-        at.get(330, 0),
-        marks,
+        numbers=tuple(at[code] for code in numbers),
+        checked=tuple(at[code] for code in heights & set(at)),
+        ints=tuple(at[code] for code in ASIDE_INT & set(at)),
+        layer=at.get(8, 0),
+        line_type=at.get(6, 0),
+        owner=at.get(330, 0),
+        markers=marks,
     )
 
 

@@ -42,12 +42,12 @@ class Edges:
         curves = [one if isinstance(one, Curve) else None for one in features]
         bent = [one.sweep_rad if one else np.nan if curve else 0.0 for one, curve in zip(arcs, curves, strict=True)]
         return cls(
-            np.array([one.start_mm for one in features], dtype=np.float64).reshape(-1, 2),
-            np.array([one.end_mm for one in features], dtype=np.float64).reshape(-1, 2),
-            np.array([one.centre_mm if one else (np.nan, np.nan) for one in arcs]).reshape(-1, 2),
-            np.array(bent, dtype=np.float64),
-            _objects(curves),
-            _objects(layers),
+            start_mm=np.array([one.start_mm for one in features], dtype=np.float64).reshape(-1, 2),
+            end_mm=np.array([one.end_mm for one in features], dtype=np.float64).reshape(-1, 2),
+            centre_mm=np.array([one.centre_mm if one else (np.nan, np.nan) for one in arcs]).reshape(-1, 2),
+            sweep_rad=np.array(bent, dtype=np.float64),
+            curve=_objects(curves),
+            layer=_objects(layers),
         )
 
     @classmethod
@@ -55,7 +55,12 @@ class Edges:
         """Returns lines between points (n, 2)."""
         n = len(start_mm)
         return cls(
-            start_mm, end_mm, np.full((n, 2), np.nan), np.zeros(n), np.full(n, None, dtype=object), _objects(layers)
+            start_mm=start_mm,
+            end_mm=end_mm,
+            centre_mm=np.full((n, 2), np.nan),
+            sweep_rad=np.zeros(n),
+            curve=np.full(n, None, dtype=object),
+            layer=_objects(layers),
         )
 
     @classmethod
@@ -78,12 +83,12 @@ class Edges:
         for k in np.flatnonzero(self.is_curve & back):
             curve[k] = curve[k].reversed()
         return Edges(
-            np.where(swap, self.end_mm, self.start_mm),
-            np.where(swap, self.start_mm, self.end_mm),
-            self.centre_mm,
-            np.where(back, -self.sweep_rad, self.sweep_rad) + 0.0,
-            curve,
-            self.layer,
+            start_mm=np.where(swap, self.end_mm, self.start_mm),
+            end_mm=np.where(swap, self.start_mm, self.end_mm),
+            centre_mm=self.centre_mm,
+            sweep_rad=np.where(back, -self.sweep_rad, self.sweep_rad) + 0.0,
+            curve=curve,
+            layer=self.layer,
         )
 
     def mapped(self, matrix: Array, offset_mm: Array) -> "Edges":
@@ -92,7 +97,14 @@ class Edges:
         for k in np.flatnonzero(self.is_curve):
             curve[k] = mapped(curve[k], matrix, offset_mm)
         start, end, centre = (at @ matrix.T + offset_mm for at in (self.start_mm, self.end_mm, self.centre_mm))
-        return Edges(start, end, centre, self.sweep_rad * np.sign(np.linalg.det(matrix)) + 0.0, curve, self.layer)
+        return Edges(
+            start_mm=start,
+            end_mm=end,
+            centre_mm=centre,
+            sweep_rad=self.sweep_rad * np.sign(np.linalg.det(matrix)) + 0.0,
+            curve=curve,
+            layer=self.layer,
+        )
 
     def feature(self, k: int) -> Feature:
         """Returns an edge as a feature without a name."""

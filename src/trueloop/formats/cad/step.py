@@ -249,7 +249,14 @@ def _from_kernel(patch: Any, *, flipped: bool) -> Surface:
     knots_u = _repeated((patch.UKnot(k), patch.UMultiplicity(k)) for k in range(1, patch.NbUKnots() + 1))
     knots_v = _repeated((patch.VKnot(k), patch.VMultiplicity(k)) for k in range(1, patch.NbVKnots() + 1))
     degrees = (patch.UDegree(), patch.VDegree())
-    return Surface(degrees, knots_u, knots_v, control, np.array(weights) if rational else None, flipped)
+    return Surface(
+        degrees=degrees,
+        knots_u=knots_u,
+        knots_v=knots_v,
+        control_mm=control,
+        weights=np.array(weights) if rational else None,
+        flipped=flipped,
+    )
 
 
 def _repeated(knots: Iterator[tuple[float, int]]) -> Array:

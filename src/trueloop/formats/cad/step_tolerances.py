@@ -251,7 +251,16 @@ def _quantity(one: Stated, on: Sequence[Sequence[Feature]]) -> Quantity | None:
 
 
 def _limited(one: Stated, name: str, quantity: Quantity, feature: str, other: str = "") -> Characteristic:
-    return Characteristic(name, quantity, feature, one.nominal or 0.0, one.lower, one.upper, other, tolerance=one.fit)
+    return Characteristic(
+        name=name,
+        quantity=quantity,
+        feature=feature,
+        nominal=one.nominal or 0.0,
+        lower_limit=one.lower,
+        upper_limit=one.upper,
+        other=other,
+        tolerance=one.fit,
+    )
 
 
 def _limits(one: Stated) -> str:

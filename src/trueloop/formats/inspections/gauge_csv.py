@@ -106,7 +106,15 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     sizes = [one for of in inspections for one in of.readings if one.characteristic]
     limited = [one for one in sizes if (one.lower_limit, one.upper_limit) != (None, None)]
     asked = characteristics_of(limited)
-    return MeasuredFile(path, FORMAT.name, encoding, "inch" if inch else "mm", inspections, asked, remarks)
+    return MeasuredFile(
+        path=path,
+        format=FORMAT.name,
+        encoding=encoding,
+        unit="inch" if inch else "mm",
+        inspections=inspections,
+        characteristics=asked,
+        remarks=remarks,
+    )
 
 
 FORMAT: Final = Format("gauge readings (CSV)", recognises, read)

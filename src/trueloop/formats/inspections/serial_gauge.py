@@ -68,7 +68,15 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
         readings,
         device="gauge, serial line",
     )
-    return MeasuredFile(path, "Mitutoyo, serial line", encoding, unit, (inspection,), (), tuple(_remarks(lines)))
+    return MeasuredFile(
+        path=path,
+        format="Mitutoyo, serial line",
+        encoding=encoding,
+        unit=unit,
+        inspections=(inspection,),
+        characteristics=(),
+        remarks=tuple(_remarks(lines)),
+    )
 
 
 def _remarks(lines: list[tuple[int, str]]) -> Iterator[Remark]:

@@ -23,14 +23,7 @@ from trueloop.formats.jobs.tool_tables import (
     require_apart,
 )
 from trueloop.formats.option_tables import options_from, with_options
-from trueloop.formats.toml_tables import (
-    Finite,
-    In,
-    Located,
-    T,
-    Table,
-    read_located,
-)
+from trueloop.formats.toml_tables import Finite, In, Located, T, Table, read_located
 from trueloop.memory.edge.options import IN_FULL
 from trueloop.turned.touches.touches import Gauging
 

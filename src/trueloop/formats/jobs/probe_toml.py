@@ -135,12 +135,12 @@ def read_probe(path: Path, allowance_mm: float = 0.0) -> ReadProbe:
     """Reads a probe file; touches are expected `allowance_mm` over the nominal surface. Raises PRB-FILE."""
     file = read_tables(path, ProbeFile, Code.PRB_FILE, hint="docs/probing.md lists every table and key of a probe file")
     return ReadProbe(
-        options_from(Stylus, file),
-        options_from(Approach, file, allowance_mm=allowance_mm, second=file.program.second),
-        file.approach.bar_radius_mm,
-        file.program,
-        file.probe,
-        None if file.calibration is None else _calibration(file.calibration),
+        stylus=options_from(Stylus, file),
+        approach=options_from(Approach, file, allowance_mm=allowance_mm, second=file.program.second),
+        bar_radius_mm=file.approach.bar_radius_mm,
+        program=file.program,
+        probe=file.probe,
+        calibration=None if file.calibration is None else _calibration(file.calibration),
     )
 
 
@@ -164,12 +164,12 @@ def calibration_toml(calibration: BallCalibration) -> str:
 
 def _calibration(table: CalibrationTable) -> BallCalibration:
     return BallCalibration(
-        table.effective_radius_mm,
-        table.cosine_um / UM_PER_MM,
-        table.sine_um / UM_PER_MM,
-        table.lobes,
-        table.scatter_um / UM_PER_MM,
-        math.radians(table.from_deg),
-        math.radians(table.to_deg),
-        table.radius_u_um / UM_PER_MM,
+        effective_radius_mm=table.effective_radius_mm,
+        cosine_mm=table.cosine_um / UM_PER_MM,
+        sine_mm=table.sine_um / UM_PER_MM,
+        lobes=table.lobes,
+        scatter_mm=table.scatter_um / UM_PER_MM,
+        lowest_rad=math.radians(table.from_deg),
+        highest_rad=math.radians(table.to_deg),
+        radius_u_mm=table.radius_u_um / UM_PER_MM,
     )

@@ -113,7 +113,14 @@ def _laser(path: Path, lines: list[tuple[int, str]]) -> LaserFile:
         kept[own], way[own] = not padded, 1.0 if padded or steps[0] > 0 else -1.0
     number_line = np.array([number for number, _ in rows], dtype=np.intp)
     at, deviation = np.array(targets)[place], table[:, 2] / UM_PER_MM
-    return LaserFile(axis, at[kept], deviation[kept], run[kept], way[kept], number_line[kept])
+    return LaserFile(
+        axis=axis,
+        target_mm=at[kept],
+        deviation_mm=deviation[kept],
+        run=run[kept],
+        way=way[kept],
+        line=number_line[kept],
+    )
 
 
 UNITS: Final = {"deviation_mm": 1.0, "deviation_um": 1 / UM_PER_MM}
@@ -147,7 +154,14 @@ def _circles(file: CsvFile) -> tuple[Circle, ...]:
         if np.ptp(nominal[own]) or nominal[first] <= 0:
             raise rows.refusal(first, f"test {test!r}: radius_nominal_mm is not one positive length")
         lines = np.array(rows.lines)[own]
-        circle = Circle(str(test), plane, float(nominal[first]), turned, deviation[own], lines)
+        circle = Circle(
+            name=str(test),
+            plane=plane,
+            radius_mm=float(nominal[first]),
+            angle_rad=turned,
+            deviation_mm=deviation[own],
+            line=lines,
+        )
         _check_way(circle, rows.refusal(first, f"test {test!r}: its angles {_words(circle.sense)}"))
         found.append(circle)
     return tuple(found)

@@ -27,13 +27,7 @@ from pydantic import Field
 
 from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.measurements.instrument_files import (
-    ROTARY,
-    LaserFile,
-    TouchLog,
-    places,
-    read_instrument,
-)
+from trueloop.formats.measurements.instrument_files import ROTARY, LaserFile, TouchLog, places, read_instrument
 from trueloop.formats.toml_tables import Finite, Positive, Table, Vector, read_located
 from trueloop.machine.circular import Circle
 from trueloop.machine.identify.observations import Observations, joined
@@ -94,11 +88,7 @@ OWN_KEYS: Final[dict[type, tuple[str, ...]]] = {
     tuple: ("length", "centre"),
     TouchLog: ("unit", "ball_radius_mm", "stylus_radius_mm"),
 }
-ORIGIN: Final[dict[type, str]] = {
-    LaserFile: "target 0",
-    tuple: "the circle's centre",
-    TouchLog: "the log's zero",
-}
+ORIGIN: Final[dict[type, str]] = {LaserFile: "target 0", tuple: "the circle's centre", TouchLog: "the log's zero"}
 KINDS: Final[dict[type, str]] = {LaserFile: "a laser's file", tuple: "a ball bar's file", TouchLog: "a log of touches"}
 
 FURTHEST_MM: Final = 1.0
@@ -357,13 +347,13 @@ def _made(
     u = np.full(count, np.nan if table.u_um is None else table.u_um / UM_PER_MM) * spread
     tool = np.broadcast_to(np.array(table.tool_mm), (count, 3))
     return Observations(
-        State(*state, signals, tool),
-        along,
-        reading,
-        np.zeros(count, dtype=bool),
-        u,
-        tuple(run),
-        line.astype(np.intp),
+        state=State(*state, signals, tool),
+        along=along,
+        reading=reading,
+        is_angle=np.zeros(count, dtype=bool),
+        standard_u=u,
+        run=tuple(run),
+        line=line.astype(np.intp),
         own_zero=np.zeros(count, dtype=bool),
         own_slope=np.zeros(count, dtype=bool),
         unknown=unknown,

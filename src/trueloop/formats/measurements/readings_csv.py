@@ -81,17 +81,20 @@ def read_readings(path: FilePath, chain: Chain, history: History | None = None) 
     clock = _clock(rows, history)
     along, is_angle = _along(rows)
     reading, u = _readings(rows, is_angle)
+    own_zero, own_slope, unknown = _own(rows, along)
     return Observations(
-        _state(rows, chain, logged(clock) if history and clock else {}),
-        along,
-        reading,
-        is_angle,
-        u,
-        tuple(run or path.stem for run in rows.texts("run")),
-        np.array(rows.lines),
-        clock,
-        {**units_of(clock), **units_in(rows)},
-        *_own(rows, along),
+        state=_state(rows, chain, logged(clock) if history and clock else {}),
+        along=along,
+        reading=reading,
+        is_angle=is_angle,
+        standard_u=u,
+        run=tuple(run or path.stem for run in rows.texts("run")),
+        line=np.array(rows.lines),
+        clock=clock,
+        units={**units_of(clock), **units_in(rows)},
+        own_zero=own_zero,
+        own_slope=own_slope,
+        unknown=unknown,
     )
 
 

@@ -59,7 +59,14 @@ class CsvFile:
             if name not in known and name != NOTE and not name.endswith(endings):
                 raise self.refusal(f"column {name!r} is not one of {len(known)} known", place, _instead(name, known))
         cells = [self._cells(line, text) for line, text in self.lines[1:]]
-        return Rows(self.path, self.kind, self.header, self.separator, [line for line, _ in self.lines[1:]], cells)
+        return Rows(
+            path=self.path,
+            kind=self.kind,
+            header=self.header,
+            separator=self.separator,
+            lines=[line for line, _ in self.lines[1:]],
+            cells=cells,
+        )
 
     def refusal(self, why: str, column: int | None = None, hint: str | None = None) -> TrueloopError:
         """Returns the refusal of the header."""
@@ -144,7 +151,7 @@ def csv_of(text: str, path: Path, kind: CsvKind) -> CsvFile:
         header.pop()
     names = tuple(name.lower() if kind.any_case else name for name in header)
     comments = [(k, line.strip()) for k, line in lines if line.lstrip().startswith("#")]
-    return CsvFile(path, kind, names, separator, kept, comments)
+    return CsvFile(path=path, kind=kind, header=names, separator=separator, lines=kept, comments=comments)
 
 
 def _split(path: Path, kind: CsvKind, line: int, text: str, separator: str) -> list[str]:

@@ -68,12 +68,7 @@ def _number(value: float | None) -> str:
 
 
 LENGTH_MM: Final = {"um": 1 / UM_PER_MM, "mm": 1.0, "in": MM_PER_INCH}
-X_SUFFIXES: Final = {
-    "x_mm": 1.0,
-    "x_in": MM_PER_INCH,
-    "x_diameter_mm": 0.5,
-    "x_diameter_in": MM_PER_INCH / 2,
-}
+X_SUFFIXES: Final = {"x_mm": 1.0, "x_in": MM_PER_INCH, "x_diameter_mm": 0.5, "x_diameter_in": MM_PER_INCH / 2}
 Z_SUFFIXES: Final = {"z_mm": 1.0, "z_in": MM_PER_INCH}
 ERROR_COLUMNS: Final = {f"error_{unit}": factor for unit, factor in LENGTH_MM.items()}
 

@@ -200,16 +200,12 @@ def _body(rest: _Words, signals: int) -> Body:
     per_unit = tuple(
         (rest.count("place of a signal", 0, signals - 1), rest.take(size).reshape(shape)) for _ in range(dependents)
     )
-    return Body(axis, ends, rows, per_unit, arm, carries)
+    return Body(axis=axis, breaks=ends, powers=rows, per_unit=per_unit, arm_mm=arm, carries=carries)
 
 
 def _blocks(rest: _Words) -> tuple[Block, ...]:
     listed = [
-        (
-            rest.count("program line", 0, LINE),
-            rest.count("first row", 0, ROWS),
-            rest.count("rows", 2, ROWS),
-        )
+        (rest.count("program line", 0, LINE), rest.count("first row", 0, ROWS), rest.count("rows", 2, ROWS))
         for _ in range(rest.count("blocks", 0, ROWS))
     ]
     rows = rest.take(4 * rest.count("rows", 0, ROWS)).reshape(-1, 4)
@@ -313,7 +309,14 @@ def _read(content: bytes, serial: str | None, program: bytes | None) -> Image:
         raise NoImageError("hash", f"SHA-256 is not {head[5].hex()[:16]}…")
     machine, own_serial, own_program, record = (_read_text(head[k]) for k in (6, 7, 10, 11))
     model_sha256, program_sha256 = (part.hex() if any(part) else "" for part in (head[8], head[9]))
-    identity = Identity(machine, own_serial, model_sha256, own_program, program_sha256, record)
+    identity = Identity(
+        machine=machine,
+        serial=own_serial,
+        model_sha256=model_sha256,
+        program=own_program,
+        program_sha256=program_sha256,
+        record=record,
+    )
     if serial is not None and serial != identity.serial:
         raise NoImageError("serial", f"it is for the machine {identity.serial!r}, not {serial!r}")
     if program is not None and identity.program_sha256 not in ("", sha256_of(program)):

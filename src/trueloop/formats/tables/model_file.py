@@ -41,12 +41,7 @@ def _channels(content: dict[str, Any]) -> dict[str, DriftModel]:
 
 def _channel(model: DriftModel) -> dict[str, Any]:
     members = [{**member.__dict__, "weights": member.weights.tolist()} for member in model.members]
-    return {
-        "left_um": model.left_um,
-        "start": dict(model.start),
-        "known": dict(model.known),
-        "members": members,
-    }
+    return {"left_um": model.left_um, "start": dict(model.start), "known": dict(model.known), "members": members}
 
 
 def _read_channel(content: dict[str, Any]) -> DriftModel:
@@ -164,7 +159,16 @@ def _model(content: dict[str, Any]) -> MachineModel:
     identified = {name: (float(low), float(high)) for name, (low, high) in content["identified"].items()}
     units = {str(name): str(unit) for name, unit in content.get("units", {}).items()}
     version = _version(content.get("version"))
-    return MachineModel(machine, terms, coefficients, covariance, identified, lags, units, version)
+    return MachineModel(
+        machine=machine,
+        terms=terms,
+        coefficients=coefficients,
+        covariance=covariance,
+        identified=identified,
+        lags=lags,
+        units=units,
+        version=version,
+    )
 
 
 def _version(content: dict[str, Any] | None) -> Version | None:
@@ -201,7 +205,9 @@ def _read_axis(content: dict[str, Any]) -> Axis:
     travel = (-np.inf if low is None else low, np.inf if high is None else high)
     kind = AxisKind(content["kind"].removesuffix(OPPOSITE))
     sense = -1.0 if content["kind"].endswith(OPPOSITE) else 1.0
-    return Axis(content["name"], kind, content["number"], (x, y, z), travel, sense)
+    return Axis(
+        name=content["name"], kind=kind, number=content["number"], offset_mm=(x, y, z), travel=travel, sense=sense
+    )
 
 
 def _part(part: Part) -> dict[str, Any]:

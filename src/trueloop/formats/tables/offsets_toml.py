@@ -91,4 +91,11 @@ def _tool(table: ToolTable) -> CutterTool:
     known = any(value is not None for pair in given for value in pair)
     x, z = (sum(value or 0.0 for value in pair) for pair in given)
     offset_mm = (x, 0.0, z) if known else None
-    return CutterTool(table.radius_mm, table.tip, table.number, table.length_mm, offset_mm, table.edge)
+    return CutterTool(
+        radius_mm=table.radius_mm,
+        tip=table.tip,
+        number=table.number,
+        length_mm=table.length_mm,
+        offset_mm=offset_mm,
+        edge=table.edge,
+    )

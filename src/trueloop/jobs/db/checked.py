@@ -106,7 +106,14 @@ def odd_times(facts: Facts) -> Iterator[Finding]:
                     (f"the inspection of {what}", inspection.measured_at),
                 )
             except TrueloopError as wrong:
-                yield Finding(Severity.WARNING, wrong.code, wrong.message, wrong.hint, wrong.place, wrong.values)
+                yield Finding(
+                    severity=Severity.WARNING,
+                    code=wrong.code,
+                    message=wrong.message,
+                    hint=wrong.hint,
+                    place=wrong.place,
+                    values=wrong.values,
+                )
 
 
 def _labels_of_file(name: str, of_file: list[Inspection], place: Place) -> Iterator[Finding]:

@@ -88,11 +88,28 @@ def both_seen(one: BothInspections, inspections: Mapping[Identity, Inspection], 
     if nominal.shape != other_nominal.shape or not np.allclose(nominal, other_nominal, atol=1e-6):
         raise _not_alike(one, f"{len(nominal)} and {len(other_nominal)} points are not the same gauging points")
     comp_proc_mm = np.array(one.comp_proc_mm) if one.comp_proc_mm else 0.0
-    seen = Inspections(nominal, normal, controller, cmm, one.touch_u_mm, one.cmm_u_mm, comp_proc_mm)
+    seen = Inspections(
+        nominal_mm=nominal,
+        normal=normal,
+        controller_mm=controller,
+        cmm_mm=cmm,
+        touch_u_mm=one.touch_u_mm,
+        cmm_u_mm=one.cmm_u_mm,
+        comp_proc_mm=comp_proc_mm,
+    )
     names = tuple(point.name for point in on_machine.points)
     cutting, probing = (_state(model, seen, stood) for stood in (one.cutting, one.probing))
     kind = one.part.part_type.name
-    return BothSeen(one.part.serial, kind, names, seen, cutting, probing, one.compensated, one.new_frame)
+    return BothSeen(
+        serial=one.part.serial,
+        part_type=kind,
+        points=names,
+        seen=seen,
+        cutting=cutting,
+        probing=probing,
+        compensated=one.compensated,
+        new_frame=one.new_frame,
+    )
 
 
 def _state(model: MachineModel, seen: Inspections, stood: MachineStood) -> State:

@@ -99,15 +99,15 @@ def read_records(store: Store, part_type: str | None) -> Records:
     named = {cut.correction for cut in cuts if cut.correction}
     corrections = [one.value for one in find(store, Correction, part_type=name)] if named else []
     return Records(
-        name,
-        inspections,
-        {one.value.inspection: one.value for one in find(store, InspectionLink)},
-        {cut.part.identity: cut for cut in cuts if cut.stage is Stage.FINISH},
-        frozenset(cut.identity for cut in cuts if cut.stage is not Stage.FINISH),
-        quarantined_cuts(store) if cuts else frozenset(),
-        tuple(one.value for one in find(store, BothInspections, part_type=name)),
-        {one.part.identity: one for one in standards},
-        {one.record.id: one for one in corrections},
+        part_type=name,
+        inspections=inspections,
+        links={one.value.inspection: one.value for one in find(store, InspectionLink)},
+        cuts={cut.part.identity: cut for cut in cuts if cut.stage is Stage.FINISH},
+        early=frozenset(cut.identity for cut in cuts if cut.stage is not Stage.FINISH),
+        quarantined=quarantined_cuts(store) if cuts else frozenset(),
+        both=tuple(one.value for one in find(store, BothInspections, part_type=name)),
+        standards={one.part.identity: one for one in standards},
+        corrections={one.record.id: one for one in corrections},
     )
 
 

@@ -134,17 +134,17 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
     own = [name for name, place in of.places.items() if place.tool in ("", tool)]
     at = cut.at if cut is not None and cut.at is not None else next((o.measured_at for o in seen.values()), None)
     made = SeenPart(
-        part.serial,
-        number,
-        {},
-        {},
-        at,
-        {tool: settings.count(cut)} if cut is not None and tool else {},
-        settings.minutes(cut, tool),
-        {} if depth is None else dict.fromkeys(own, depth),
-        dict(temperatures),
-        corrections.of(part, cut, seen),
-        part.identity in records.standards,
+        serial=part.serial,
+        order=number,
+        errors={},
+        points={},
+        at=at,
+        setting={tool: settings.count(cut)} if cut is not None and tool else {},
+        minutes_in_cut=settings.minutes(cut, tool),
+        depth_of_cut_mm={} if depth is None else dict.fromkeys(own, depth),
+        temperatures=dict(temperatures),
+        correction_mm=corrections.of(part, cut, seen),
+        standard=part.identity in records.standards,
     )
     return Inspected(part, made, seen, records.standards.get(part.identity), taken)
 
@@ -162,7 +162,14 @@ def _when(records: Records, part: Part) -> When:
     measured = next((one.measured_at for one in seen.values() if one.measured_at is not None), None)
     if cut is None:
         return When(part.serial, records.kept_at(part), measured_at=measured)
-    return When(part.serial, records.kept_at(part), cut.order, cut.at, measured, cut.order_in_doubt)
+    return When(
+        serial=part.serial,
+        kept=records.kept_at(part),
+        cut_order=cut.order,
+        cut_at=cut.at,
+        measured_at=measured,
+        in_doubt=cut.order_in_doubt,
+    )
 
 
 def _temperatures(seen: Collection[Inspection]) -> Mapping[str, float]:

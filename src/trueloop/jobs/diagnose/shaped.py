@@ -130,10 +130,7 @@ def write_diagnosis(
 
 
 def machine_shape(
-    given: GivenModel,
-    done: MachineDiagnosis,
-    findings: Iterable[Finding],
-    refinement: RefinementShape | None = None,
+    given: GivenModel, done: MachineDiagnosis, findings: Iterable[Finding], refinement: RefinementShape | None = None
 ) -> MachineDiagnosisShape:
     """Makes the shape: errors the model has wrong, what it left at each point, what the source's own way would name."""
     seen, verdict, order = done.seen, done.verdict, given.model.machine.chain.order
@@ -271,7 +268,14 @@ def left_on_parts(done: MachineDiagnosis) -> LeftOnParts:
     types = sorted({part.part_type for part in done.parts})
     kinds = np.array([types.index(part.part_type) for part in done.parts])
     seen, noise = done.seen, done.verdict.noise_mm
-    return LeftOnParts(seen.part, kinds[seen.part], seen.normal, seen.state, seen.residual_mm, max(noise, 1e-5))
+    return LeftOnParts(
+        part=seen.part,
+        part_type=kinds[seen.part],
+        normal=seen.normal,
+        state=seen.state,
+        residual_mm=seen.residual_mm,
+        u_mm=max(noise, 1e-5),
+    )
 
 
 def _possible(model: MachineModel, name: str) -> ErrorName:

@@ -104,7 +104,16 @@ def hand_files(store: Store, asked: Asked) -> Iterator[Handed]:
                 (folder / names[-1]).write_bytes(upload.content)
         path, drawing, file = folder / names[0], *names[1:]
         name = part.name or name_before(store, part.program) or Path(program.name).stem or "part"
-        job = HandJob(part, name, measured, drawing, file, asked.by, asked.say.language, asked.say.unit)
+        job = HandJob(
+            part=part,
+            name=name,
+            measured=measured,
+            drawing=drawing,
+            file=file,
+            operator=asked.by,
+            language=asked.say.language,
+            unit=asked.say.unit,
+        )
         try:
             yield Handed(str(path), program.name, program.sha256, hand=job)
         except TrueloopError as refused:
@@ -205,15 +214,22 @@ def _shown(job: Path, say: Texts) -> PartByHand:
         return still.svg(figure, esc(sheet.part))
 
     return PartByHand(
-        sheet.part,
-        files.finish_program().dialect.name,
-        "inch" if sheet.inch else "mm",
-        sheet.profile.names,
-        _tools(files),
-        tuple(
+        name=sheet.part,
+        dialect=files.finish_program().dialect.name,
+        unit="inch" if sheet.inch else "mm",
+        features=sheet.profile.names,
+        tools=_tools(files),
+        sizes=tuple(
             SizeToMeasure(
-                *(number, one.name, one.quantity.value, one.feature, one.other, one.at_z_mm),
-                *(one.nominal, one.lower_limit, one.upper_limit),
+                number=number,
+                name=one.name,
+                quantity=one.quantity.value,
+                feature=one.feature,
+                other=one.other,
+                at_z_mm=one.at_z_mm,
+                nominal=one.nominal,
+                lower_limit=one.lower_limit,
+                upper_limit=one.upper_limit,
             )
             for number, one in enumerate(sheet.planned, 1)
         ),
@@ -230,31 +246,37 @@ def _corrected(done: Done, say: Texts, files: tuple[FileMade, ...]) -> Corrected
 
     found = [] if done.kept is None else done.kept.findings
     return CorrectedByHand(
-        of.record.id,
-        done.kept is not None,
-        headline(of, say),
-        tuple(_way(of, way, say) for way in ways_of(of)),
-        tuple(
+        id=of.record.id,
+        kept=done.kept is not None,
+        headline=headline(of, say),
+        ways=tuple(_way(of, way, say) for way in ways_of(of)),
+        features=tuple(
             FeatureExpected(
-                *(one.feature, one.figures.touches, known(one.figures.before_worst_um)),
-                *(one.expected_um, one.expanded_u_um, one.correction),
+                feature=one.feature,
+                touches=one.figures.touches,
+                before_um=known(one.figures.before_worst_um),
+                expected_um=one.expected_um,
+                expanded_u_um=one.expanded_u_um,
+                correction=one.correction,
             )
             for one in feature_summaries(of, say)
         ),
-        tuple(say.note(words) for words in dict.fromkeys(decided)),
-        tuple(Remarked(one.severity.value, one.code.value, one.message, one.hint) for one in found),
-        Picture(drawn(WIDTHS["wide"]), drawn(WIDTHS["narrow"]), headline(of, say)),
-        files,
+        notes=tuple(say.note(words) for words in dict.fromkeys(decided)),
+        remarks=tuple(Remarked(one.severity.value, one.code.value, one.message, one.hint) for one in found),
+        picture=Picture(drawn(WIDTHS["wide"]), drawn(WIDTHS["narrow"]), headline(of, say)),
+        files=files,
     )
 
 
 def _way(of: Correction, way: Way, say: Texts) -> WayToCut:
     if way != "wear":
         name = of.offsets_name if way == "offsets" else of.corrected_name
-        return WayToCut(way, "", (), name, False, "")
+        return WayToCut(by=way, enter="", blocks=(), program=name, given=False, leaves="")
     left_um = max(abs(of.left_by_offset_mm)) * UM_PER_MM
     leaves = "" if of.decision.by_offset else f"{say.size(left_um)} {say.um}"
-    return WayToCut(way, say.note(of.wear.answer), of.wear.blocks, of.source_name, True, leaves)
+    return WayToCut(
+        by=way, enter=say.note(of.wear.answer), blocks=of.wear.blocks, program=of.source_name, given=True, leaves=leaves
+    )
 
 
 def made_before(store: Store, part: AskedPart, tools: Sequence[str] = ()) -> tuple[MadeBefore, ...]:

@@ -72,10 +72,17 @@ def correct(
         why = refused.code.value, f"{refused.message}; {refused.hint}"
         carry_out(store, CorrectionRefused(order, row, step, given.gauged_by, *why), SERVICE, working.clock())
         raise
-    done = made.correction.record.id
-    hashes = sha256_of(made.correction.corrected_program), sha256_of(given.touches)
-    carry_out(store, StepCorrected(order, row, step, given.gauged_by, done, *hashes), SERVICE, working.clock())
-    return {"correction": done, "program_sha256": hashes[0]}
+    corrected = StepCorrected(
+        order=order,
+        part=row,
+        step=step,
+        gauged_by=given.gauged_by,
+        correction=made.correction.record.id,
+        program_sha256=sha256_of(made.correction.corrected_program),
+        touches_sha256=sha256_of(given.touches),
+    )
+    carry_out(store, corrected, SERVICE, working.clock())
+    return {"correction": corrected.correction, "program_sha256": corrected.program_sha256}
 
 
 def _kept_already(store: Store, made: Correction) -> bool:
@@ -98,7 +105,14 @@ def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
             hint="its cell sends them once the gauging program has run",
             values={"run": run},
         )
-    return _Given(order, part, step, run, bytes(touches), programs_of(known, order.order))
+    return _Given(
+        order=order,
+        part=part,
+        step=step,
+        gauged_by=run,
+        touches=bytes(touches),
+        programs=programs_of(known, order.order),
+    )
 
 
 def _corrected(store: Store, given: _Given) -> Corrected:

@@ -206,19 +206,29 @@ def _inspection(file: FileOnPart, one: OnPart) -> views.InspectionRead:
     rows = list(rows_of(file, one))
     seen = one.inspection
     return views.InspectionRead(
-        one.run,
-        seen.part.serial,
-        "" if seen.measured_at is None else seen.measured_at.isoformat(),
-        len(rows),
-        tuple(map(_value, rows[:SHOWN])),
-        tuple(map(_found, one.findings)),
+        run=one.run,
+        serial=seen.part.serial,
+        measured_at="" if seen.measured_at is None else seen.measured_at.isoformat(),
+        count=len(rows),
+        values=tuple(map(_value, rows[:SHOWN])),
+        remarks=tuple(map(_found, one.findings)),
     )
 
 
 def _value(row: ValueRow) -> views.ValueRead:
     return views.ValueRead(
-        *(row.characteristic, row.quantity, row.feature, row.by, row.nominal, row.actual, row.deviation),
-        *(row.lower_limit, row.upper_limit, row.within, row.unit, row.reason),
+        characteristic=row.characteristic,
+        quantity=row.quantity,
+        feature=row.feature,
+        by=row.by,
+        nominal=row.nominal,
+        actual=row.actual,
+        deviation=row.deviation,
+        lower_limit=row.lower_limit,
+        upper_limit=row.upper_limit,
+        within=row.within,
+        unit=row.unit,
+        reason=row.reason,
     )
 
 
@@ -296,4 +306,6 @@ def handed(store: Store, upload: Upload, asked: ReadAs) -> Iterator[Handed]:
     with unnamed_folder() as folder:
         path = folder / safe_name(upload.name)
         path.write_bytes(upload.content)
-        yield Handed(str(path), upload.name, upload.sha256, asked, order, programs)
+        yield Handed(
+            path=str(path), name=upload.name, sha256=upload.sha256, asked=asked, order=order, programs=programs
+        )

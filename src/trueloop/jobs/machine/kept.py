@@ -58,25 +58,25 @@ def _inspections(of: Decomposed, part: Part) -> Iterator[Inspection]:
     for device, measured_mm in (("machine's probe", of.seen.controller_mm), ("measuring machine", of.seen.cmm_mm)):
         values = tuple(_points(of.points, of.seen, measured_mm))
         own = sha256_of(f"{sha256} {device}".encode())
-        yield Inspection(part, "CMM points", own, len(values), values, device)
+        yield Inspection(part=part, measured="CMM points", sha256=own, count=len(values), values=values, device=device)
 
 
 def _both(of: Decomposed, on_machine: Inspection, on_cmm: Inspection) -> BothInspections:
     seen, named = of.seen, of.model.machine
     comp_proc_mm = np.atleast_1d(np.asarray(seen.comp_proc_mm, dtype=np.float64))
     return BothInspections(
-        on_machine.part,
-        Machine(named.name, named.serial),
-        on_machine.identity,
-        on_cmm.identity,
-        _stood(of.zero_mm, of.cutting),
-        _stood(of.zero_mm, of.probing),
-        of.model_sha256,
-        of.compensated,
-        seen.touch_u_mm,
-        seen.cmm_u_mm,
-        tuple(comp_proc_mm.tolist()) if comp_proc_mm.any() else (),
-        of.new_frame,
+        part=on_machine.part,
+        machine=Machine(named.name, named.serial),
+        on_machine=on_machine.identity,
+        on_cmm=on_cmm.identity,
+        cutting=_stood(of.zero_mm, of.cutting),
+        probing=_stood(of.zero_mm, of.probing),
+        model_sha256=of.model_sha256,
+        compensated=of.compensated,
+        touch_u_mm=seen.touch_u_mm,
+        cmm_u_mm=seen.cmm_u_mm,
+        comp_proc_mm=tuple(comp_proc_mm.tolist()) if comp_proc_mm.any() else (),
+        new_frame=of.new_frame,
     )
 
 

@@ -90,10 +90,7 @@ def keep_measured(
 
 
 def keep_inspections(
-    inspections: Sequence[tuple[str, Inspection]],
-    job: Path,
-    shown: Shown,
-    keeping: Keeping,
+    inspections: Sequence[tuple[str, Inspection]], job: Path, shown: Shown, keeping: Keeping
 ) -> KeptFacts | None:
     """Keeps inspections with the names of their files; None: no store is named, and the part has no serial number."""
     files = JobFiles.of(job)

@@ -157,7 +157,15 @@ def next_of_job(
     first = files.of_setups[0]
     program = first.finish_program()
     inch = unit_of_path(program.unit, first.run.of(program))["unit"] == "inch"
-    return NextOf(files.job.part.name, plan, measured, touches, sizes, inch, (path, *files.sources.files))
+    return NextOf(
+        part=files.job.part.name,
+        plan=plan,
+        measured=measured,
+        touches=touches,
+        sizes=sizes,
+        inch=inch,
+        files=(path, *files.sources.files),
+    )
 
 
 def written_files(found: NextOf, source: Path | None, control: str | None = None) -> dict[str, str]:
@@ -191,7 +199,16 @@ def written_files(found: NextOf, source: Path | None, control: str | None = None
 
 def _no_vectors() -> ErrorVectors:
     none, pairs = np.zeros(0), np.zeros((0, 2))
-    return ErrorVectors((), np.zeros(0, np.intp), none, none, none, np.zeros(0, np.bool_), pairs, pairs)
+    return ErrorVectors(
+        point=(),
+        feature_index=np.zeros(0, np.intp),
+        arc_length_mm=none,
+        error_mm=none,
+        standard_u_mm=none,
+        at_reference=np.zeros(0, np.bool_),
+        nominal_mm=pairs,
+        outward_normal=pairs,
+    )
 
 
 def _places(profile: Profile, nose_radius_mm: float | None) -> tuple[CmmTouch, ...]:
@@ -272,12 +289,12 @@ def _edges(
             mine = seen_of_edge([one for _, _, one in seen], setup.frame, own, cuts.read.profile)
             edges.append(
                 Edge(
-                    inputs.profile,
-                    errors,
-                    inputs.characteristics,
-                    inputs.part_zero_z_mm,
-                    _known(inputs, errors),
-                    _candidates(mine, seen, minutes),
+                    profile=inputs.profile,
+                    vectors=errors,
+                    characteristics=inputs.characteristics,
+                    zero_z_mm=inputs.part_zero_z_mm,
+                    known=_known(inputs, errors),
+                    candidates=_candidates(mine, seen, minutes),
                 )
             )
     return edges
@@ -333,12 +350,23 @@ def next_of_part(
         of_finished = correction.record.cut_with is not None
         known = OfHistory.of((profile, correction.model.vectors), *_parts_of(store, correction), of_finished)
         candidates = _candidates([one for _, _, one in seen], seen, {**MINUTES, **minutes})
-        edges.append(Edge(profile, correction.model.vectors, asked, frame.z_mm(0.0), known, candidates))
+        edges.append(
+            Edge(
+                profile=profile,
+                vectors=correction.model.vectors,
+                characteristics=asked,
+                zero_z_mm=frame.z_mm(0.0),
+                known=known,
+                candidates=candidates,
+            )
+        )
         touches |= {one.name: _on_part(one, frame) for one in places}
         sizes |= {one.name: one for one in characteristics_in(frame.back, tuple(own.values()))}
     program = made[0].record.program
     plan, inch = next_measurements(edges, count), program is not None and program.unit == "inch"
-    return NextOf(whole.part.part_type.name, plan, True, touches, sizes, inch, ())
+    return NextOf(
+        part=whole.part.part_type.name, plan=plan, measured=True, touches=touches, sizes=sizes, inch=inch, files=()
+    )
 
 
 def _correction_of(store: Store, part: Part) -> Correction | None:

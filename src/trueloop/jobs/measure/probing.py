@@ -124,14 +124,30 @@ def probed_part(path: Path, setup: str | None = None) -> ProbedPart:
     nose_mm, allowance_mm = min(edge.nose_radius_mm for edge in one.edges), _allowance_mm(one.job)
     frame, read_files = of.setup.frame, files.sources.files
     return ProbedPart(
-        job.part.name, read.profile, profile, of.features, frame, allowance_mm, nose_mm, bar_mm, read_files
+        name=job.part.name,
+        whole=read.profile,
+        profile=profile,
+        features=of.features,
+        frame=frame,
+        allowance_mm=allowance_mm,
+        nose_radius_mm=nose_mm,
+        bar_radius_mm=bar_mm,
+        files=read_files,
     )
 
 
 def _whole(job: Job, part: ReadPart) -> ProbedPart:
     whole = part.profile
     return ProbedPart(
-        part.name, whole, whole, whole.names, PART, _allowance_mm(job), part.nose_radius_mm, None, part.files
+        name=part.name,
+        whole=whole,
+        profile=whole,
+        features=whole.names,
+        frame=PART,
+        allowance_mm=_allowance_mm(job),
+        nose_radius_mm=part.nose_radius_mm,
+        bar_radius_mm=None,
+        files=part.files,
     )
 
 
@@ -377,12 +393,12 @@ def read_measuring(path: Path, angles_deg: Sequence[float] = (0.0,), *, diameter
     programs = [path.parent / name for name in named]
     probe_files = [] if probe_file is None else [probe_file]
     return MeasuringJob(
-        part,
-        touches,
-        characteristics_of(located, part.profile),
-        tuple(angles_deg),
-        _allowance_mm(job),
-        (*part.files, *probe_files, *given.files, *programs),
+        part=part,
+        touches=touches,
+        characteristics=characteristics_of(located, part.profile),
+        angles_deg=tuple(angles_deg),
+        allowance_mm=_allowance_mm(job),
+        files=(*part.files, *probe_files, *given.files, *programs),
     )
 
 

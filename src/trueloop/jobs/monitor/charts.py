@@ -58,15 +58,17 @@ class StoredFacts:
         at = inspection.measured_at if cut is None or time_of(cut) is None else time_of(cut)
         earlier = None if not k else self._at(made[k - 1])
         return PartFacts(
-            made[k].serial,
-            at,
-            cut,
-            tuple(self._events(before, cut)),
-            tuple(self._accepted(earlier, at)) if k and made[k].correction_mm != made[k - 1].correction_mm else (),
-            minutes,
-            _temperatures(inspection) | dict(self.stood.get(made[k].serial, {})),
-            inspection.device,
-            self._failed(inspection),
+            serial=made[k].serial,
+            at=at,
+            cut=cut,
+            events=tuple(self._events(before, cut)),
+            proposals=tuple(self._accepted(earlier, at))
+            if k and made[k].correction_mm != made[k - 1].correction_mm
+            else (),
+            minutes=minutes,
+            temperatures=_temperatures(inspection) | dict(self.stood.get(made[k].serial, {})),
+            device=inspection.device,
+            failed=self._failed(inspection),
         )
 
     def _inspection(self, made: Made) -> Inspection:

@@ -114,16 +114,16 @@ def _image_table(
     table = process_table(program, run, correction, _placed(correction, placing))
     assert correction.record.program is not None  # every turned part's record has one
     return CorrectedProgram(
-        table.blocks,
-        correction.source_name,
-        correction.record.program.sha256,
-        correction.record.id,
-        correction.options.limits.correction_mm,
-        "" if part is None else part.sha256,
-        "" if part is None else part.machine.name,
-        "" if part is None else part.machine.serial,
-        table.notes,
-        files,
+        blocks=table.blocks,
+        program=correction.source_name,
+        program_sha256=correction.record.program.sha256,
+        record=correction.record.id,
+        limit_mm=correction.options.limits.correction_mm,
+        model_sha256="" if part is None else part.sha256,
+        machine="" if part is None else part.machine.name,
+        serial="" if part is None else part.machine.serial,
+        notes=table.notes,
+        files=files,
     )
 
 
@@ -278,7 +278,12 @@ def _image(known: ModelFile | None, table: CorrectedProgram | None, options: Ima
     if table is None:
         return Image(identity, limits, bank)
     named = Identity(
-        machine, serial, identity.model_sha256, Path(table.program).name, table.program_sha256, table.record
+        machine=machine,
+        serial=serial,
+        model_sha256=identity.model_sha256,
+        program=Path(table.program).name,
+        program_sha256=table.program_sha256,
+        record=table.record,
     )
     return Image(named, limits, bank, table.blocks)
 

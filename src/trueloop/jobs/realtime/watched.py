@@ -191,7 +191,7 @@ def watch(order: Order, stopped: Callable[[], bool], tell: Callable[[str], None]
     (written,) = write_all(order.folder, [("report.html", content.encode())])
     faults = sum(event.alarming for event in seen.happened)
     kept = tuple(file for file in recording.files if file.exists())
-    return Result(kept, written, seen.periods, seen.lost, faults, ended)
+    return Result(files=kept, page=written, periods=seen.periods, lost=seen.lost, faults=faults, ended=ended)
 
 
 def _record(
@@ -230,7 +230,13 @@ def _tell(takers: Sequence[Callable[[Mapping[str, Any]], None]], tick: Mapping[s
 def _page(seen: Seen, watched: Watched, title: str, began: datetime, image: Image | None) -> RunPage:
     layout = watched.layout
     trace = Trace(
-        layout.axes, layout.signals, seen.drawn, tuple(seen.happened), seen.periods, seen.lost, layout.period_s
+        axes=layout.axes,
+        signals=layout.signals,
+        envelope=seen.drawn,
+        events=tuple(seen.happened),
+        periods=seen.periods,
+        lost=seen.lost,
+        period_s=layout.period_s,
     )
     conditions = {
         "began": began.isoformat(sep=" ", timespec="seconds"),
@@ -291,13 +297,13 @@ def driven_run(samples: Samples, signals: Sequence[tuple[str, str]], tool_mm: Ve
     if not in_force.any():
         raise _refusal(file, f"the correction is in force in 0 of {len(samples)} periods", "enable the corrector")
     return DrivenRun(
-        samples.period_s,
-        samples.mm("command"),
-        samples.mm("drive"),
-        {name: samples.columns[column] for (name, _), column in zip(signals, columns, strict=True)},
-        np.where(samples.count("program") == OWN_PROGRAM, samples.count("line"), 0),
-        in_force,
-        np.asarray(tool_mm) - samples.mm("tool"),
+        period_s=samples.period_s,
+        command_mm=samples.mm("command"),
+        drive_mm=samples.mm("drive"),
+        signals={name: samples.columns[column] for (name, _), column in zip(signals, columns, strict=True)},
+        line=np.where(samples.count("program") == OWN_PROGRAM, samples.count("line"), 0),
+        in_force=in_force,
+        tool_mm=np.asarray(tool_mm) - samples.mm("tool"),
     )
 
 

@@ -80,20 +80,17 @@ def finish_cut(store: Store, part: Part, correction: Correction[turned.Correctio
     known = next(iter(reversed(cuts_of(store, part, Stage.FINISH))), None)
     ran = said.ran or (None if said.program is None else _by_text(made, said.program))
     new = Cut(
-        part,
-        Stage.FINISH,
-        None if record.edge is None else Setting(record.edge, record.edge_set_at),
-        record.machine,
-        _sha256(made, ran, part),
-        "" if ran is Ran.AS_PROGRAMMED else record.id,
+        part=part,
+        stage=Stage.FINISH,
+        setting=None if record.edge is None else Setting(record.edge, record.edge_set_at),
+        machine=record.machine,
+        program_sha256=_sha256(made, ran, part),
+        correction="" if ran is Ran.AS_PROGRAMMED else record.id,
         offset_entered=(ran or made.recommended) is Ran.WEAR,
     )
     if known is not None and ran is None and said.record in (None, known.correction):
         new = replace(
-            new,
-            correction=known.correction,
-            program_sha256=known.program_sha256,
-            offset_entered=known.offset_entered,
+            new, correction=known.correction, program_sha256=known.program_sha256, offset_entered=known.offset_entered
         )
     before = CuttingConditions() if known is None else known.conditions
     order = None if known is None else known.order

@@ -106,11 +106,7 @@ def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequ
             break
         age += minutes
     return tuple(
-        replace(
-            made_of(lived, order),
-            minutes_in_cut=ages.get(lived.cut.identity),
-            order_in_doubt=lived.order_in_doubt,
-        )
+        replace(made_of(lived, order), minutes_in_cut=ages.get(lived.cut.identity), order_in_doubt=lived.order_in_doubt)
         for order, lived in enumerate(life)
     )
 

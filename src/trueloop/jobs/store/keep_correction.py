@@ -91,12 +91,12 @@ def keep_corrections(store: Store, made: Sequence[tuple[Inputs, Correction]], ke
         touched = _as_known(
             store,
             Cut(
-                part_of(inputs),
-                Stage.FINISH if finished else Stage.SEMIFINISH,
-                None if record.edge is None else Setting(record.edge, record.edge_set_at),
-                record.machine,
-                force.program_sha256 if force.corrected else sha256,
-                force.correction,
+                part=part_of(inputs),
+                stage=Stage.FINISH if finished else Stage.SEMIFINISH,
+                setting=None if record.edge is None else Setting(record.edge, record.edge_set_at),
+                machine=record.machine,
+                program_sha256=force.program_sha256 if force.corrected else sha256,
+                correction=force.correction,
                 offset_entered=force.ran is Ran.WEAR,
             ),
         )

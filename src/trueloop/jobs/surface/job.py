@@ -108,7 +108,17 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     folder, cad_file = path.parent / job.output.folder, job.compensation.cad_file
     given = bool(stated) or (finish is not None and job.gauging.program_sha256 is not None)
     inputs = with_cut(inputs, path, stated, nominal)
-    return ReadSurface(inputs, path, nominal, files, folder, cad_file, face, job.store.db, given)
+    return ReadSurface(
+        inputs=inputs,
+        job=path,
+        nominal=nominal,
+        files=files,
+        output_folder=folder,
+        cad_file=cad_file,
+        face=face,
+        store_db=job.store.db,
+        cut_stated=given,
+    )
 
 
 def correct_surface(read: ReadSurface, *, work: Work = HERE) -> RecordedCorrection:
@@ -267,10 +277,7 @@ def _cad_files(
 
 
 def _report_files(
-    name: str,
-    found: SurfaceModel,
-    correction: SurfaceCorrection | None = None,
-    written: Sequence[WrittenPattern] = (),
+    name: str, found: SurfaceModel, correction: SurfaceCorrection | None = None, written: Sequence[WrittenPattern] = ()
 ) -> list[Named]:
     """pattern.json, pattern.html, maps.svg, and the maps of every part."""
     return [

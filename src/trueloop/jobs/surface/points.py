@@ -81,7 +81,14 @@ def read_measured(path: Path, job: SurfaceJobFile, surface: Surface, trim: Trim 
     gauging = job.gauging
     if not is_scan(path):
         read = read_points(path)
-        return MeasuredPoints(read.points_mm, gauging.ball_radius_mm, read.shape, path.stem, str(path), read.lines)
+        return MeasuredPoints(
+            points_mm=read.points_mm,
+            ball_radius_mm=gauging.ball_radius_mm,
+            shape=read.shape,
+            name=path.stem,
+            file=str(path),
+            lines=read.lines,
+        )
     if "alignment" not in gauging.model_fields_set:
         raise Code.JOB_KEY.refusal(
             f"'gauging.alignment' is not stated, and {path.name!r} is a scan: 0 of its lines say how it was aligned",

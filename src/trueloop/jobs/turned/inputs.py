@@ -260,7 +260,14 @@ def read_setups(files: JobFiles) -> ReadSetups:
     profile = files.profile(programs[0])
     decided_of(files, profile)
     setups = [
-        Setup(frame, program, one.run, one.edges, decided_of(one, profile), None if one.edges else one.nose_radius_mm)
+        Setup(
+            frame=frame,
+            program=program,
+            run=one.run,
+            edges=one.edges,
+            decided=decided_of(one, profile),
+            nose_radius_mm=None if one.edges else one.nose_radius_mm,
+        )
         for frame, one, program in zip(frames, of_setups, programs, strict=True)
     ]
     given = files.job.feature

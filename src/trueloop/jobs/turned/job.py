@@ -91,7 +91,14 @@ def read_part(path: FilePath) -> ReadPart:
     files = JobFiles.of(Path(path))
     edges = files.edges or tuple(edge for one in files.job.setups for edge in files.with_setup(one).edges)
     noses_mm = tuple(edge.nose_radius_mm for edge in edges) or (files.nose_radius_mm,)
-    return ReadPart(files.job.part.name, files.profile(), noses_mm, files.sources.files, edges, files.frames)
+    return ReadPart(
+        name=files.job.part.name,
+        profile=files.profile(),
+        noses_mm=noses_mm,
+        files=files.sources.files,
+        edges=edges,
+        setups=files.frames,
+    )
 
 
 def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
@@ -111,7 +118,14 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
     tool, job = files.tool, files.job
     ((_, inputs),) = read_cuts(files).setups[0].cuts
     table = files.tool_table(tool.table) if tool.table is not None else None
-    return ReadJob(inputs, files.sources.files, files.output_folder, table, files.page_options(), job.store.db)
+    return ReadJob(
+        inputs=inputs,
+        files=files.sources.files,
+        output_folder=files.output_folder,
+        tool_table=table,
+        page=files.page_options(),
+        store_db=job.store.db,
+    )
 
 
 @dataclass(frozen=True)

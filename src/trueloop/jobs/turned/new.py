@@ -264,9 +264,7 @@ class GaugeSheet:
         other = next((name for name in values if name not in names), None)
         if other is not None:
             raise Code.MSR_FEATURE.refusal(
-                f"the sheet has no size {other!r}",
-                hint=f"its sizes are: {', '.join(names)}",
-                values={"feature": other},
+                f"the sheet has no size {other!r}", hint=f"its sizes are: {', '.join(names)}", values={"feature": other}
             )
         return gauge_sheet_csv(self.planned, "inch" if self.inch else "mm", values, stated)
 

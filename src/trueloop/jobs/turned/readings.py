@@ -124,7 +124,14 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     notes += assumed_words(matched, gauging.readings_u_mm)
     one_file = str(files[0]) if len(files) == 1 else None
     return ReadReadings(
-        tuple(inspections), tuple(matched), tuple(touches), tuple(asked), names, tuple(notes), gauging, one_file
+        inspections=tuple(inspections),
+        matched=tuple(matched),
+        touches=tuple(touches),
+        asked=tuple(asked),
+        names=names,
+        notes=tuple(notes),
+        gauging=gauging,
+        file=one_file,
     )
 
 

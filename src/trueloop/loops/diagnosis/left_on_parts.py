@@ -232,7 +232,14 @@ def diagnose_machine(
     frames = _frames(kept, seen, verdict.noise_mm)
     own_way = one_after_another(model.machine.chain, seen)
     moved = () if frames is None else frames.findings
-    return MachineDiagnosis(kept, seen, verdict, frames, own_way, (*odd, *missing, *moved, *verdict.notes))
+    return MachineDiagnosis(
+        parts=kept,
+        seen=seen,
+        verdict=verdict,
+        frames=frames,
+        own_way=own_way,
+        findings=(*odd, *missing, *moved, *verdict.notes),
+    )
 
 
 def _frames(parts: Sequence[BothSeen], seen: Residuals, u_mm: float) -> Frames | None:

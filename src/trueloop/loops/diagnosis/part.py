@@ -150,7 +150,9 @@ def diagnose_part(
     if one.both is None or model is None:
         return PartDiagnosis(part, causes, tuple(findings))
     components, frame = one.both.components(model)
-    return PartDiagnosis(part, causes, tuple(findings), one.both.points, components, frame)
+    return PartDiagnosis(
+        part=part, causes=causes, findings=tuple(findings), points=one.both.points, components=components, frame=frame
+    )
 
 
 ALONE = Finding(

@@ -218,7 +218,14 @@ def _touched(
         normal = feature.outward_normal(feature.locate(nominal)[0])
         u = float(standard_uncertainty_mm(normal, gauging)[0]) if standard_u_mm is None else standard_u_mm
         assert touch.error_mm is not None  # matched touches have one
-        yield _Row(feature.name, nominal, normal, touch.error_mm - gauging.allowance_mm, u, angle)
+        yield _Row(
+            feature=feature.name,
+            nominal_mm=nominal,
+            normal=normal,
+            error_mm=touch.error_mm - gauging.allowance_mm,
+            standard_u_mm=u,
+            spindle_rad=angle,
+        )
 
 
 def _angles(inspection: Inspection, matches: Matches) -> list[float]:
@@ -256,11 +263,11 @@ def _read(profile: Profile, readings: Sequence[MatchedReading], gauging: Gauging
 
 def _points(rows: Sequence[_Row]) -> SeenPoints:
     return SeenPoints(
-        tuple(row.feature for row in rows),
-        np.array([row.nominal_mm for row in rows], dtype=np.float64).reshape(-1, 2),
-        np.array([row.normal for row in rows], dtype=np.float64).reshape(-1, 2),
-        np.array([row.error_mm for row in rows], dtype=np.float64),
-        np.array([row.standard_u_mm for row in rows], dtype=np.float64),
-        np.array([row.spindle_rad for row in rows], dtype=np.float64),
-        np.array([row.repeat for row in rows], dtype=np.intp),
+        feature=tuple(row.feature for row in rows),
+        nominal_mm=np.array([row.nominal_mm for row in rows], dtype=np.float64).reshape(-1, 2),
+        normal=np.array([row.normal for row in rows], dtype=np.float64).reshape(-1, 2),
+        error_mm=np.array([row.error_mm for row in rows], dtype=np.float64),
+        standard_u_mm=np.array([row.standard_u_mm for row in rows], dtype=np.float64),
+        spindle_rad=np.array([row.spindle_rad for row in rows], dtype=np.float64),
+        repeat=np.array([row.repeat for row in rows], dtype=np.intp),
     )

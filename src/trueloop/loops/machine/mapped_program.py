@@ -80,9 +80,22 @@ def survey_of(pieces: Iterable[bytes], dialect: str) -> Survey:
                 letters.setdefault(letter, line + block)
             first = _first(first, first_here, line)
             line += blocks
-    *_, curve = first
+    sets_offset, sets_register, goes_to_machine, curve = first
     drawn = curve is not None or has_shapes(letters, dialect_named(dialect))
-    return Survey(dialect, digest.hexdigest(), jumps, named, letters, *first[:3], drawn, comma, decimals, rotary)
+    return Survey(
+        dialect=dialect,
+        sha256=digest.hexdigest(),
+        jumps=jumps,
+        named=named,
+        letters=letters,
+        sets_offset=sets_offset,
+        sets_register=sets_register,
+        goes_to_machine=goes_to_machine,
+        drawn=drawn,
+        comma=comma,
+        decimals=decimals,
+        rotary=rotary,
+    )
 
 
 def _first(before: _First, blocks: _First, line: int) -> _First:
@@ -199,7 +212,18 @@ def _written(
     unit = unit_told(given, stated)
     dialect, sha256 = survey.dialect, survey.sha256
     done = Mapped(
-        identity, dialect, sha256, blocks - new, moves, edits, added + new, (x, y, z), not_run, first, unit, turns_back
+        record=identity,
+        dialect=dialect,
+        source_sha256=sha256,
+        blocks=blocks - new,
+        moves=moves,
+        edits=edits,
+        added_blocks=added + new,
+        largest_mm=(x, y, z),
+        not_run=not_run,
+        first_not_run_line=first,
+        unit=unit,
+        turns_back_line=turns_back,
     )
     _require_agreed(mapper, text, given)
     return done

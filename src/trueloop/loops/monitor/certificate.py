@@ -155,7 +155,17 @@ def _certified(asked: Asked, seen: Sequence[Seen], stated_u: float | None) -> Ce
         remarks.append(
             wording("judged by the worst of {n} readings, {away} from their mean", n=len(values), away=shown)
         )
-    return Certified(asked, actual, expanded, judged, len(values), by, temperature, tuple(missing), tuple(remarks))
+    return Certified(
+        asked=asked,
+        actual=actual,
+        expanded_u=expanded,
+        judged=judged,
+        repeats=len(values),
+        by=by,
+        temperature_c=temperature,
+        missing=tuple(missing),
+        remarks=tuple(remarks),
+    )
 
 
 def _standard_u(asked: Asked, readings: Sequence[Reading], stated_u: float | None) -> float | None:

@@ -93,14 +93,14 @@ def chart_of(
             replace(one, explained=with_diagnosis(one.explained, diagnosis, found.sigma)) for one in episodes
         )
     return MonitoredSeries(
-        tracked.series.characteristic,
-        tuple(one.made.serial for one in parts),
-        tuple(one.made.set_before for one in parts),
-        found,
-        episodes,
-        index,
-        like,
-        tuple(_remarks(tracked, found, index, like, options, alarming=bool(episodes))),
+        characteristic=tracked.series.characteristic,
+        serials=tuple(one.made.serial for one in parts),
+        set_before=tuple(one.made.set_before for one in parts),
+        charted=found,
+        episodes=episodes,
+        capability=index,
+        correlation=like,
+        remarks=tuple(_remarks(tracked, found, index, like, options, alarming=bool(episodes))),
     )
 
 

@@ -147,7 +147,14 @@ def _in_force(standards: Sequence[StandardPart], inspection: Inspection) -> Stan
 def _series(device: str, standard: str, name: str, checks: Sequence[Check]) -> GaugeSeries:
     repeats = [np.array(one.deviations_mm) for one in checks]
     found = drift(repeats, _days(checks), max(one.calibration_u_mm for one in checks))
-    return GaugeSeries(device, standard, name, tuple(checks), found, _charted(checks))
+    return GaugeSeries(
+        device=device,
+        standard=standard,
+        characteristic=name,
+        checks=tuple(checks),
+        drift=found,
+        charted=_charted(checks),
+    )
 
 
 def _days(checks: Sequence[Check]) -> Array | None:

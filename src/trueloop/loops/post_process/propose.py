@@ -87,11 +87,17 @@ def effect_of(one: Tracked, size_change_mm: float) -> Effect:
         return probability_between(asked.nominal + error_mm, u_mm, None, asked.lower_limit, asked.upper_limit)
 
     return Effect(
-        *(one.series.name, one.series.identity, len(one.parts)),
-        *(size_change_mm, before_mm, after_mm, u_mm),
-        *(inside(before_mm), inside(after_mm)),
-        step.weight.value * one.factor,
-        one.in_force_mm,
+        characteristic=one.series.name,
+        series=one.series.identity,
+        parts=len(one.parts),
+        size_change_mm=size_change_mm,
+        error_before_mm=before_mm,
+        error_after_mm=after_mm,
+        standard_u_mm=u_mm,
+        probability_in_before=inside(before_mm),
+        probability_in_after=inside(after_mm),
+        weight=step.weight.value * one.factor,
+        in_force_mm=one.in_force_mm,
     )
 
 

@@ -229,12 +229,12 @@ def characteristic_of(reading: Reading) -> Characteristic | None:
     if reading.nominal is None or reading.quantity not in BY_OFFSET or not reading.characteristic:
         return None
     return Characteristic(
-        reading.characteristic,
-        reading.quantity,
-        reading.feature,
-        reading.nominal,
-        reading.lower_limit,
-        reading.upper_limit,
+        name=reading.characteristic,
+        quantity=reading.quantity,
+        feature=reading.feature,
+        nominal=reading.nominal,
+        lower_limit=reading.lower_limit,
+        upper_limit=reading.upper_limit,
         other=reading.other,
     )
 
@@ -248,8 +248,12 @@ def series_of(seen: Sequence[PartSeen]) -> tuple[Series, ...]:
         for asked, error_mm in sizes_of(part.inspection):
             identity = identity_of(part_type, asked)
             made = Made(
-                *(part.serial, error_mm, part.correction_mm.get(identity, 0.0)),
-                *(part.set_before or identity in part.begin_anew, part.counts, part.inspection.identity),
+                serial=part.serial,
+                error_mm=error_mm,
+                correction_mm=part.correction_mm.get(identity, 0.0),
+                set_before=part.set_before or identity in part.begin_anew,
+                counts=part.counts,
+                inspection=part.inspection.identity,
             )
             found.setdefault(identity, (part_type, asked, []))[2].append(made)
             last[(*part_type.identity, asked.name)] = identity

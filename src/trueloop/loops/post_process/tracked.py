@@ -229,8 +229,16 @@ def replayed(one: Made, correction_mm: float, step: Step, before: int) -> Replay
     left_mm = one.uncorrected_mm - correction_mm
     innovation, deviation = step.innovation_mm or 0.0, step.innovation_sd_mm or 0.0
     return Replayed(
-        *(one.serial, one.error_mm, one.uncorrected_mm, correction_mm, left_mm),
-        *(left_mm - innovation, deviation, step.weight.value, step.weight.reason, step.drift_mm),
+        serial=one.serial,
+        measured_mm=one.error_mm,
+        uncorrected_mm=one.uncorrected_mm,
+        correction_mm=correction_mm,
+        left_mm=left_mm,
+        expected_mm=left_mm - innovation,
+        expected_u_mm=deviation,
+        weight=step.weight.value,
+        reason=step.weight.reason,
+        drift_mm=step.drift_mm,
         alarm=before > 0 and not one.set_before and alarming(step, before),
         set_before=one.set_before,
     )

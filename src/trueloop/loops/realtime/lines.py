@@ -94,11 +94,7 @@ def driven(program: Program, contour: Commanded, run: Run, nose_radius_mm: float
     blocks = contour.path.block
     cut = {main[int(blocks[one.move])]: k for k, one in enumerate(contour.cuts)}
     return Driven(
-        contour,
-        centre,
-        controlled,
-        cut,
-        frozenset(main[int(blocks[move.index])] for move in contour.match.run_out),
+        contour, centre, controlled, cut, frozenset(main[int(blocks[move.index])] for move in contour.match.run_out)
     )
 
 

@@ -57,7 +57,14 @@ def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigu
     (u0, u1), (v0, v1) = surface.domain
     x, y, z = surface.point_mm(u0 + (u1 - u0) * u[[worst]], v0 + (v1 - v0) * v[[worst]])[0].tolist()
     share = float(np.sum(area[bare]) / np.sum(area)) if np.any(inside) else 0.0
-    return SurfaceFigures(largest, unsure, kept, share, float(unsure_mm[worst]), (x, y, z))
+    return SurfaceFigures(
+        largest_mm=largest,
+        uncertainty_mm=unsure,
+        next_part_mm=kept,
+        unsupported=share,
+        unsupported_u_mm=float(unsure_mm[worst]),
+        unsupported_at_mm=(x, y, z),
+    )
 
 
 def require_known(figures: SurfaceFigures, pattern: Pattern, there: OnFace, best_fit: bool) -> None:

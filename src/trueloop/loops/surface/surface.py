@@ -232,7 +232,15 @@ def pattern_model(
     names = [part.deviations.name for part in kept]
     pattern = pattern_of([part.separation for part in kept], names, confidence=options.confidence)
     there, needed = on_face(surface, trim), parts_needed(pattern, options.target_mm)
-    return SurfaceModel(surface, options, tuple(kept), pattern, needed, figures_of(surface, pattern, there), there)
+    return SurfaceModel(
+        surface=surface,
+        options=options,
+        parts=tuple(kept),
+        pattern=pattern,
+        parts_needed=needed,
+        figures=figures_of(surface, pattern, there),
+        on_face=there,
+    )
 
 
 def correct(
@@ -293,11 +301,7 @@ class _Apart:
 def _deviations(task: _Task) -> SurfaceDeviations:
     options = task.options
     return surface_deviations(
-        task.surface,
-        task.points,
-        fit=options.best_fit,
-        farthest_mm=options.farthest_mm,
-        setup_mm=options.setup_mm,
+        task.surface, task.points, fit=options.best_fit, farthest_mm=options.farthest_mm, setup_mm=options.setup_mm
     )
 
 

@@ -189,7 +189,14 @@ def _face(profile: Profile, vectors: ErrorVectors, setups: Sequence[Sequence[Sha
     rows = vectors.of_feature(feature)
     error_mm, u_mm = cut[1].at(profile, feature, vectors.arc_length_mm[rows])
     grown_mm = float(np.mean(error_mm - vectors.error_mm[rows]))
-    return _Face(feature, cut[0], faces_z, grown_mm, float(np.max(u_mm)), float(np.max(vectors.standard_u_mm[rows])))
+    return _Face(
+        feature=feature,
+        setup=cut[0],
+        faces_z=faces_z,
+        grown_mm=grown_mm,
+        next_u_mm=float(np.max(u_mm)),
+        measured_u_mm=float(np.max(vectors.standard_u_mm[rows])),
+    )
 
 
 def _cut_by(profile: Profile, feature: int, setups: Sequence[Sequence[Share]]) -> tuple[int, Share] | None:

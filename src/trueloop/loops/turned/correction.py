@@ -103,7 +103,12 @@ class Inputs:
         """Returns the way in which the programs are run."""
         called = None if self.called is None else self.called.called
         return Run(
-            self.parameters, self.execute_deleted_blocks, self.lines, called, self.options.tool, self.options.tip
+            parameters=self.parameters,
+            execute_deleted_blocks=self.execute_deleted_blocks,
+            lines=self.lines,
+            called=called,
+            number=self.options.tool,
+            tip=self.options.tip,
         )
 
     @property

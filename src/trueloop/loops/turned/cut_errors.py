@@ -20,7 +20,14 @@ def cut_errors(profile: Profile, vectors: ErrorVectors) -> CutErrors:
     """
     at = _at(profile, vectors.feature_index, vectors.arc_length_mm, vectors.point)
     errors = CutErrors(
-        at.feature, at.point, at.contact_angle_rad, vectors.error_mm, vectors.own_u_mm, at.z_mm, at.share, at.group
+        feature=at.feature,
+        point=at.point,
+        contact_angle_rad=at.contact_angle_rad,
+        error_mm=vectors.error_mm,
+        standard_u_mm=vectors.own_u_mm,
+        z_mm=at.z_mm,
+        share=at.share,
+        group=at.group,
     )
     reference = np.flatnonzero(vectors.at_reference)
     if not len(reference):
@@ -51,7 +58,14 @@ def places_at(profile: Profile, index: NDArray[np.intp], arc_length_mm: Array, v
     pairs = zip(index, arc_length_mm, strict=True)
     normals = np.array([profile.features[i].outward_normal(float(x))[1] for i, x in pairs])
     return CutErrors(
-        *(at.feature, at.point, at.contact_angle_rad, at.error_mm, at.standard_u_mm, at.z_mm, at.share, at.group),
+        feature=at.feature,
+        point=at.point,
+        contact_angle_rad=at.contact_angle_rad,
+        error_mm=at.error_mm,
+        standard_u_mm=at.standard_u_mm,
+        z_mm=at.z_mm,
+        share=at.share,
+        group=at.group,
         z_share=normals / touched.outward_normal[0, 1],
         reference=own,
     )
@@ -59,8 +73,14 @@ def places_at(profile: Profile, index: NDArray[np.intp], arc_length_mm: Array, v
 
 def _from(errors: CutErrors, vectors: ErrorVectors, reference: CutErrors) -> CutErrors:
     return CutErrors(
-        *(errors.feature, errors.point, errors.contact_angle_rad, errors.error_mm, errors.standard_u_mm),
-        *(errors.z_mm, errors.share, errors.group),
+        feature=errors.feature,
+        point=errors.point,
+        contact_angle_rad=errors.contact_angle_rad,
+        error_mm=errors.error_mm,
+        standard_u_mm=errors.standard_u_mm,
+        z_mm=errors.z_mm,
+        share=errors.share,
+        group=errors.group,
         z_share=vectors.z_share,
         reference=reference,
     )
@@ -71,12 +91,12 @@ def _at(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array,
     n = len(places)
     group, share = profile.in_groups(feature_index, arc_length_mm)
     return CutErrors(
-        tuple(profile.names[i] for i, _ in places),
-        points,
-        profile.contact_angle_rad(feature_index, arc_length_mm) if n else np.empty(0),
-        np.zeros(n),
-        np.zeros(n),
-        np.array([float(profile.features[i].point_mm(s)[1]) - profile.middle_z_mm for i, s in places]),
-        share,
-        tuple(profile.names[i] for i in group.tolist()),
+        feature=tuple(profile.names[i] for i, _ in places),
+        point=points,
+        contact_angle_rad=profile.contact_angle_rad(feature_index, arc_length_mm) if n else np.empty(0),
+        error_mm=np.zeros(n),
+        standard_u_mm=np.zeros(n),
+        z_mm=np.array([float(profile.features[i].point_mm(s)[1]) - profile.middle_z_mm for i, s in places]),
+        share=share,
+        group=tuple(profile.names[i] for i in group.tolist()),
     )

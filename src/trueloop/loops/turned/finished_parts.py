@@ -271,14 +271,14 @@ def _part(kept: Mapping[str, Any], profile: Profile) -> ErrorVectors | None:
     s, error_mm, u_mm = (_numbers([one[key] for one in points]) for key in ("along_mm", "error_mm", "standard_u_mm"))
     places = [(profile.features[i], float(x)) for i, x in zip(at, s, strict=True)]
     return ErrorVectors(
-        tuple(one["point"] for one in points),
-        at,
-        s,
-        error_mm,
-        u_mm,
-        np.array([one["point"] in kept["reference"] for one in points], dtype=np.bool_),
-        np.array([feature.point_mm(x) for feature, x in places]).reshape(-1, 2),
-        np.array([feature.outward_normal(x) for feature, x in places]).reshape(-1, 2),
+        point=tuple(one["point"] for one in points),
+        feature_index=at,
+        arc_length_mm=s,
+        error_mm=error_mm,
+        standard_u_mm=u_mm,
+        at_reference=np.array([one["point"] in kept["reference"] for one in points], dtype=np.bool_),
+        nominal_mm=np.array([feature.point_mm(x) for feature, x in places]).reshape(-1, 2),
+        outward_normal=np.array([feature.outward_normal(x) for feature, x in places]).reshape(-1, 2),
         gauged=tuple(one["point"] for one in points if one["gauge"]),
         seen=tuple(
             Seen(

@@ -129,7 +129,14 @@ class OfHistory:
             places, _ = places_of(part, known.age, at, of_finished)
             u_mm = np.array([one.standard_u_mm or BY_DEFINITION_MM])
             state = state.given(Observed(places, np.array([one.value_mm]), u_mm, one.weight[None, :])).state
-        return cls(profile, vectors, part, of_finished or part.finish is not None, known.age, state)
+        return cls(
+            profile=profile,
+            vectors=vectors,
+            part=part,
+            finished=of_finished or part.finish is not None,
+            age=known.age,
+            state=state,
+        )
 
     def errors(self, index: NDArray[np.intp], along: Array) -> Errors:
         """Returns them at places (n,) of the edge's profile."""
@@ -232,7 +239,12 @@ def next_measurements(edges: Sequence[Edge], count: int) -> Plan:
         candidate, after = known[found[0]].edge.candidates[found[1]], _worth(known, limited)
         chosen.append(
             NextMeasurement(
-                candidate.seen.name, candidate.feature, candidate.instrument, candidate.minutes, before[0], after[0]
+                name=candidate.seen.name,
+                feature=candidate.feature,
+                instrument=candidate.instrument,
+                minutes=candidate.minutes,
+                before=before[0],
+                after=after[0],
             )
         )
     last = _worth(known, limited)

@@ -173,7 +173,9 @@ def correct_part(
     done = tuple(correct_setup(_by_what_may_be(one, cuts), asked, known) for one in cuts)
     whole = cuts[0].cuts[0][1]
     if not cuts[0].frame.name:
-        return PartCorrection(whole.part.name, profile, done, (), done[0].record_id, ())
+        return PartCorrection(
+            part=whole.part.name, profile=profile, setups=done, uncut=(), record_id=done[0].record_id, notes=()
+        )
     allowed = any(of.allowance_mm or of.measured_allowance_mm for one in cuts for _, of in one.cuts)
     sizes = () if allowed else lengths(profile, asked, vectors, [_shares(one) for one in done])
     return PartCorrection(

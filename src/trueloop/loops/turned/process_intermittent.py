@@ -113,7 +113,9 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
         u_mm = model_u_mm(machine, surface.touches, inputs.nose_radius_mm)
         prediction = replace(prediction, budget=prediction.budget.with_more(u_mm))
         of_machine = MachineShare(-composed.comp_mtg_mm, u_mm)
-    judged = Corrected(inputs, matched, surface, model, decision, shifts, machine).characteristics()
+    judged = Corrected(
+        inputs=inputs, matched=matched, surface=surface, model=model, decision=decision, shifts=shifts, machine=machine
+    ).characteristics()
     shares: tuple[FeatureSources, ...] = ()
     if sources:
         earlier = _earlier(inputs, model, memory) if memory is not None and memory.applied else None
@@ -385,7 +387,15 @@ def writing(inputs: Inputs, matched: Commanded, bent: bool = False) -> Writing:
     nose_mm = inputs.nose_radius_mm if matched.match.on_contour else 0.0
     fitting = Fitting(options.chord_tolerance_mm, options.arcs, bent or machine is not None, nose_mm)
     mark = "" if machine is None else machine.mark
-    return Writing(inputs.program, matched, inputs.run, id_of(inputs), fitting, mark, options.roughing == "stays")
+    return Writing(
+        program=inputs.program,
+        matched=matched,
+        run=inputs.run,
+        record_id=id_of(inputs),
+        fitting=fitting,
+        composed=mark,
+        roughing_stays=options.roughing == "stays",
+    )
 
 
 def _composed(

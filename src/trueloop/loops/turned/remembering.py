@@ -138,13 +138,13 @@ def _is_asked(inputs: Inputs, today: MadePart, chain: Chain) -> bool:
 def _as_table(expected: Expected, index: NDArray[np.intp], along_mm: Array, corrects: bool) -> Remembered:
     """As the fit takes it: E is what the correction takes off times what the machine makes of a correction of 1."""
     return Remembered(
-        index,
-        along_mm,
-        expected.gain * expected.mean_mm,
-        expected.covariance_mm2,
-        expected.weight * expected.mean_mm,
-        expected.gain,
-        corrects,
+        feature_index=index,
+        arc_length_mm=along_mm,
+        mean_mm=expected.gain * expected.mean_mm,
+        covariance_mm2=expected.covariance_mm2,
+        correct_mm=expected.weight * expected.mean_mm,
+        gain=expected.gain,
+        corrects=corrects,
     )
 
 

@@ -289,7 +289,15 @@ def _with_given_lags(
     slopes = [slope_name(lag) for lag in lags]
     identified = {name: known for name, known in ranges(machine.chain, readings).items() if name not in slopes}
     units = {**readings.units, **lag_units(lags, readings.units)}
-    model = MachineModel(machine, terms, free @ solution, free @ covariance @ free.T, identified, lags, units)
+    model = MachineModel(
+        machine=machine,
+        terms=terms,
+        coefficients=free @ solution,
+        covariance=free @ covariance @ free.T,
+        identified=identified,
+        lags=lags,
+        units=units,
+    )
     residual = (values - np.hstack([rows, opened]) @ whole) / values_weight(readings)
     found = []
     for run in dict.fromkeys(readings.run):
@@ -306,7 +314,15 @@ def _with_given_lags(
         weighted = readings.lag_slopes(model) * values_weight(readings)[:, None]
         model = with_lag_covariance(model, without(opened, rows), free, scatter, without(opened, weighted))
         freedom -= sum(lag.between_s is not None for lag in lags)
-    return Identification(model, residual, scatter, freedom, outlier, share, tuple(findings))
+    return Identification(
+        model=model,
+        residual=residual,
+        scatter=scatter,
+        degrees_of_freedom=freedom,
+        outlier=outlier,
+        share=share,
+        findings=tuple(findings),
+    )
 
 
 def weighted_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array, Array]:

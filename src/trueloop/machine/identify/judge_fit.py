@@ -157,7 +157,15 @@ def _left(raw: Array, rest: Array, chi2: float | None) -> Left | None:
     predicted = raw - rest
     size = float(predicted @ predicted)
     gain = float(raw @ predicted) / size if size > 0 else 0.0
-    return Left(len(raw), rms(raw), rms(rest), float(np.abs(rest).max()), gain, rms(raw - gain * predicted), chi2)
+    return Left(
+        readings=len(raw),
+        raw=rms(raw),
+        rms=rms(rest),
+        largest=float(np.abs(rest).max()),
+        gain=gain,
+        scaled_rms=rms(raw - gain * predicted),
+        chi2=chi2,
+    )
 
 
 def _scaled(left: Left, scale: float) -> Left:
@@ -259,7 +267,13 @@ def contradictions(judged: Judged, readings: Observations) -> tuple[Contradictio
             worse = left.rms > left.raw and left.chi2 is not None and stated
             wrong = chi2 > allowed and (worse or not np.isnan(gain))
             refused = wrong and (worse or gain < 0 or bool(_mixed_units(gain)))
-            every.append((-chi2, wrong, Contradiction(run.run, unit, gain, left.rms, left.raw, refused)))
+            every.append(
+                (
+                    -chi2,
+                    wrong,
+                    Contradiction(run=run.run, unit=unit, gain=gain, rms=left.rms, raw=left.raw, refused=refused),
+                )
+            )
     every.sort(key=lambda entry: entry[0])
     disagreeing = tuple(contradiction for _, wrong, contradiction in every if wrong)
     if every and not disagreeing and stated and found.scatter > LACK_OF_FIT:

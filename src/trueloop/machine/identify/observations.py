@@ -50,18 +50,18 @@ class Observations:
         tool = np.broadcast_to(self.state.tool_mm, (count, 3))
         signals = {name: np.broadcast_to(value, (count,))[rows] for name, value in self.state.signals.items()}
         return Observations(
-            State(self.state.positions[rows], travel[rows], signals, tool[rows]),
-            self.along[rows],
-            self.reading[rows],
-            self.is_angle[rows],
-            self.standard_u[rows],
-            tuple(run for run, keep in zip(self.run, rows, strict=True) if keep),
-            self.line[rows] if len(self.line) else self.line,
-            self.clock.only(rows) if self.clock else None,
-            self.units,
-            np.broadcast_to(self.own_zero, (count,))[rows],
-            np.broadcast_to(self.own_slope, (count,))[rows],
-            self.unknown[rows] if self.unknown.size else self.unknown,
+            state=State(self.state.positions[rows], travel[rows], signals, tool[rows]),
+            along=self.along[rows],
+            reading=self.reading[rows],
+            is_angle=self.is_angle[rows],
+            standard_u=self.standard_u[rows],
+            run=tuple(run for run, keep in zip(self.run, rows, strict=True) if keep),
+            line=self.line[rows] if len(self.line) else self.line,
+            clock=self.clock.only(rows) if self.clock else None,
+            units=self.units,
+            own_zero=np.broadcast_to(self.own_zero, (count,))[rows],
+            own_slope=np.broadcast_to(self.own_slope, (count,))[rows],
+            unknown=self.unknown[rows] if self.unknown.size else self.unknown,
         )
 
     def with_lags(self, lags: Sequence[Lag]) -> "Observations":
@@ -119,18 +119,18 @@ def joined(parts: list[Observations]) -> Observations:
         np.concatenate([np.asarray(p.state.tool_mm) for p in whole]),
     )
     return Observations(
-        state,
-        np.concatenate([p.along for p in whole]),
-        np.concatenate([p.reading for p in whole]),
-        np.concatenate([p.is_angle for p in whole]),
-        np.concatenate([p.standard_u for p in whole]),
-        tuple(run for p in whole for run in p.run),
-        np.concatenate([p.line for p in whole]),
-        joined_clocks(clocks) if len(clocks) == len(parts) else None,
-        {name: unit for p in parts for name, unit in p.units.items()},
-        np.concatenate([np.asarray(p.own_zero) for p in whole]),
-        np.concatenate([np.asarray(p.own_slope) for p in whole]),
-        block_diag(*[p.unknown.reshape(len(p), -1) for p in whole]),
+        state=state,
+        along=np.concatenate([p.along for p in whole]),
+        reading=np.concatenate([p.reading for p in whole]),
+        is_angle=np.concatenate([p.is_angle for p in whole]),
+        standard_u=np.concatenate([p.standard_u for p in whole]),
+        run=tuple(run for p in whole for run in p.run),
+        line=np.concatenate([p.line for p in whole]),
+        clock=joined_clocks(clocks) if len(clocks) == len(parts) else None,
+        units={name: unit for p in parts for name, unit in p.units.items()},
+        own_zero=np.concatenate([np.asarray(p.own_zero) for p in whole]),
+        own_slope=np.concatenate([np.asarray(p.own_slope) for p in whole]),
+        unknown=block_diag(*[p.unknown.reshape(len(p), -1) for p in whole]),
     )
 
 

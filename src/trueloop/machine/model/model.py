@@ -238,4 +238,6 @@ def _curve(model: MachineModel, term: Term, where: slice, signals: Signals) -> T
     scale = URAD_PER_RAD if term.name.is_rotation else UM_PER_MM
     forward, reverse = scale * np.stack(rows) @ model.coefficients[where]
     u = scale * np.sqrt(np.maximum(variance, 0.0))
-    return TermCurve(str(term.name), term.name.unit, position, forward, reverse, u)
+    return TermCurve(
+        error=str(term.name), unit=term.name.unit, position=position, forward=forward, reverse=reverse, u=u
+    )

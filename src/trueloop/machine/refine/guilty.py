@@ -180,11 +180,7 @@ def guilty_ones(given: Sequence[ErrorName | Guilty]) -> tuple[Guilty, ...]:
 
 
 def update(
-    model: MachineModel,
-    seen: LeftOnParts,
-    guilty: Sequence[ErrorName | Guilty],
-    *,
-    share: float = 1.0,
+    model: MachineModel, seen: LeftOnParts, guilty: Sequence[ErrorName | Guilty], *, share: float = 1.0
 ) -> Updated:
     """Updates the model by its residuals on the parts: its coefficients moved by `share` of the change [4773 §2.5].
 
@@ -211,7 +207,14 @@ def update(
     to_all = np.hstack([fit.scales[name] * move for name, move in moves.items()])
     refined = _moved(grown, to_all, fit, share)
     set_up, place = fit.scales[SET_UP], fit.scales[PLACE] if blocks[PLACE].rows.size else 0.0
-    return Updated(refined, fit.outlier, fit.noise / UM_PER_MM, set_up, place, fit.scales[MODEL])
+    return Updated(
+        model=refined,
+        outlier=fit.outlier,
+        noise_mm=fit.noise / UM_PER_MM,
+        set_up_mm=set_up,
+        place_mm=place,
+        wider=fit.scales[MODEL],
+    )
 
 
 def _in_um(rows: Array) -> Block:

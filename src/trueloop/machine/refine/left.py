@@ -58,7 +58,9 @@ def _of_term(old: MachineModel, new: MachineModel, term: Term, where: slice) -> 
         values = rows @ new.coefficients[where]
         was = np.zeros(len(at)) if before is None else _rows(before[0], at, signals) @ old.coefficients[before[1]]
         for k, place in enumerate(at.tolist()):
-            yield Change(term.name, place, signals, float(was[k]), float(values[k]), float(u[k]))
+            yield Change(
+                error=term.name, at=place, signals=signals, old=float(was[k]), new=float(values[k]), u=float(u[k])
+            )
 
 
 def _rows(term: Term, at: Array, signals: dict[str, float]) -> Array:

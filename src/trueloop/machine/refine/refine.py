@@ -93,12 +93,7 @@ class Judged:
         )
 
 
-def judged(
-    model: MachineModel,
-    seen: LeftOnParts,
-    whole: Updated,
-    updated: Callable[[LeftOnParts], Updated],
-) -> Judged:
+def judged(model: MachineModel, seen: LeftOnParts, whole: Updated, updated: Callable[[LeftOnParts], Updated]) -> Judged:
     """Refines anew without each group of parts and without each part type. `whole` is the update by all of them."""
     numbers = seen.parts
     group = np.searchsorted(numbers, seen.part) % min(FOLDS, len(numbers))
@@ -155,16 +150,16 @@ def _compared(left: Array, weighted: Array, unit: Integers, groups: int | None) 
     gain, u_gain = _better(*(_Level(values, unit) for values in weighted))
     better, u_better = _better(old, new)
     return LeftOut(
-        groups or len(np.unique(unit)),
-        left.shape[1],
-        old.rms,
-        new.rms,
-        float(np.abs(left[0]).max()),
-        float(np.abs(left[1]).max()),
-        better,
-        u_better,
-        gain,
-        u_gain,
+        groups=groups or len(np.unique(unit)),
+        points=left.shape[1],
+        rms_old_mm=old.rms,
+        rms_new_mm=new.rms,
+        largest_old_mm=float(np.abs(left[0]).max()),
+        largest_new_mm=float(np.abs(left[1]).max()),
+        better_mm=better,
+        u_better_mm=u_better,
+        gain=gain,
+        u_gain=u_gain,
     )
 
 
@@ -231,7 +226,14 @@ def refine(
         return update(model, others, named, share=share)
 
     found = judged(model, seen, whole, again)
-    return Refined(whole.model, named, whole, found, changes(model, whole.model), len(seen.parts))
+    return Refined(
+        model=whole.model,
+        guilty=named,
+        updated=whole,
+        judged=found,
+        changes=changes(model, whole.model),
+        parts=len(seen.parts),
+    )
 
 
 def require_better(refined: Refined, accepted: Sequence[Code] = ()) -> None:

@@ -27,8 +27,7 @@ class MemoryOptions:
         ),
     ] = "on"
     last_part: Annotated[
-        str,
-        Option("memory.last_part", 'With `"frozen"`: the serial number of the last part that is learned from.'),
+        str, Option("memory.last_part", 'With `"frozen"`: the serial number of the last part that is learned from.')
     ] = ""
     first_weight: Annotated[
         float,

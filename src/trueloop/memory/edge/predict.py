@@ -55,15 +55,15 @@ def expect(history: Sequence[MadePart], today: MadePart, at: CutErrors, options:
     refuse_gain(found.gain)
     command_mm = found.mean_mm / found.gain
     return Expected(
-        angle,
-        command_mm,
-        found.inspected(command_mm).covariance_mm2 * (WIDENED if parts < FEW_PARTS else 1.0),
-        found.memory_mm / found.gain,
-        np.full(len(angle), 1.0 if _confirmed(learned, command_mm) else options.first_weight),
-        nearest_rad(learned, today, angle),
-        parts,
-        enough_touches(found.covariance_mm2, found.touches),
-        (FIRST,) if alone else flags(learned, today, found.gain),
+        contact_angle_rad=angle,
+        mean_mm=command_mm,
+        covariance_mm2=found.inspected(command_mm).covariance_mm2 * (WIDENED if parts < FEW_PARTS else 1.0),
+        memory_mm=found.memory_mm / found.gain,
+        weight=np.full(len(angle), 1.0 if _confirmed(learned, command_mm) else options.first_weight),
+        nearest_rad=nearest_rad(learned, today, angle),
+        parts=parts,
+        enough_touches=enough_touches(found.covariance_mm2, found.touches),
+        notes=(FIRST,) if alone else flags(learned, today, found.gain),
         gain=found.gain,
         gain_u=found.gain_u,
         own_fit=alone or options.memory == "bands",
@@ -163,15 +163,15 @@ def predict(history: Sequence[MadePart], part: MadePart, asked: CutErrors) -> Pr
     after = (known.state.given(seen).state if t else known.state).expecting(places)
     where = after.blocks["gain", TOOL]
     return Prediction(
-        t,
-        rows[t:] @ state.mean,
-        covariance,
-        after.predict(places, functional).mean_mm,
-        1.0 - float(after.mean[where][0]),
-        float(np.sqrt(np.diag(after.covariance)[where][0])),
-        known,
-        after,
-        asked,
+        touches=t,
+        memory_mm=rows[t:] @ state.mean,
+        covariance_mm2=covariance,
+        mean_mm=after.predict(places, functional).mean_mm,
+        gain=1.0 - float(after.mean[where][0]),
+        gain_u=float(np.sqrt(np.diag(after.covariance)[where][0])),
+        _known=known,
+        _after=after,
+        _asked=asked,
     )
 
 

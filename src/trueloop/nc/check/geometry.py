@@ -126,7 +126,7 @@ def _place(path: ToolPath, move: int) -> Place:
 def _finding(
     path: ToolPath, move: int, severity: Severity, code: Code, message: str, hint: str, **values: float
 ) -> Finding:
-    return Finding(severity, code, message, hint, _place(path, move), values)
+    return Finding(severity=severity, code=code, message=message, hint=hint, place=_place(path, move), values=values)
 
 
 def _in_plane(path: ToolPath, points: Array, moves: Integers) -> Array:

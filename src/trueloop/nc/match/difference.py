@@ -135,13 +135,13 @@ def _furthest(here: _Pieces, there: _Pieces, first: bool, spacing_mm: float) -> 
     around, foot_mm, distance_mm = others.around(points[[at]], at_most_mm[[at]])[1:]
     best = int(distance_mm.argmin())
     return PathDifference(
-        float(distance_mm[best]),
-        first,
-        int(move[at]),
-        _triple(points[at]),
-        int(there.move[around[best]]),
-        _triple(foot_mm[best]),
-        spacing_mm,
+        distance_mm=float(distance_mm[best]),
+        first=first,
+        move=int(move[at]),
+        position_mm=_triple(points[at]),
+        nearest_move=int(there.move[around[best]]),
+        nearest_mm=_triple(foot_mm[best]),
+        spacing_mm=spacing_mm,
     )
 
 

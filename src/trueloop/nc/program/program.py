@@ -120,7 +120,7 @@ class Program:
         start, end, first, after, skipped, _ = self.core.block(index)
         words = tuple(self.word(word) for word in range(first, after))
         number = next((int(word.value) for word in words if word.letter == "N" and word.kind == "number"), None)
-        return Block(index, index + 1, start, end, number, words, skipped)
+        return Block(index=index, line=index + 1, start=start, end=end, number=number, words=words, skipped=skipped)
 
     @property
     def blocks(self) -> Iterator[Block]:
@@ -133,7 +133,20 @@ class Program:
         column = start - self.core.block(block)[0] + 1
         text = self.source[start:end].decode("latin-1")
         name = letter if letter != "\0" else ""
-        return Word(index, block, name, kind, start, end, value_start, block + 1, column, text, value, increment)
+        return Word(
+            index=index,
+            block=block,
+            letter=name,
+            kind=kind,
+            start=start,
+            end=end,
+            value_start=value_start,
+            line=block + 1,
+            column=column,
+            text=text,
+            value=value,
+            increment=increment,
+        )
 
     def place(self, offset: int) -> Place:
         """Returns line and column of a byte."""
@@ -151,7 +164,9 @@ class Program:
         """Returns the tool offset updates whose value is a number, in order."""
         rows = self.core.offset_statements()
         return tuple(
-            OffsetStatement(tool, axis, value, start, end, self.core.block_at(start) + 1)
+            OffsetStatement(
+                tool=tool, axis=axis, value=value, value_start=start, value_end=end, line=self.core.block_at(start) + 1
+            )
             for tool, axis, value, start, end, _ in rows
         )
 
@@ -270,4 +285,11 @@ def read_program(
             place=Place(file),
         ) from None
     as_written = known.with_decimals(max(decimals, nc_written_decimals(core)))
-    return Program(source, replace(as_written, decimal_comma=nc_writes_comma(core)), file, core, unit, decimals)
+    return Program(
+        source=source,
+        dialect=replace(as_written, decimal_comma=nc_writes_comma(core)),
+        file=file,
+        core=core,
+        unit=unit,
+        decimals=decimals,
+    )

@@ -8,20 +8,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.machine.circular import Cause, Circle, CircularTest
 from trueloop.report.markup import esc, figure_block, html_page, section, table
-from trueloop.report.style import (
-    AFTER,
-    FAINT,
-    INK,
-    SOFT,
-    Figure,
-    axis,
-    layout,
-    lines,
-    note,
-    plain,
-    round_step,
-    signed,
-)
+from trueloop.report.style import AFTER, FAINT, INK, SOFT, Figure, axis, layout, lines, note, plain, round_step, signed
 from trueloop.units import UM_PER_MM
 
 SIZE: Final = 620

@@ -137,11 +137,7 @@ def drift_page(name: str, test: DriftTest, found: Sequence[Drift]) -> str:
     """Displacements and temperatures over time, and the ranges of ISO 230-3."""
     every = max(1, len(test.time_s) // POINTS)
     moved = {channel: UM_PER_MM * (values - values[0]) for channel, values in test.displacement_mm.items()}
-    panels = (
-        ("displacement (µm)", moved),
-        ("temperature (°C)", test.temperature),
-        ("speed (rev/min)", test.speed),
-    )
+    panels = (("displacement (µm)", moved), ("temperature (°C)", test.temperature), ("speed (rev/min)", test.speed))
     figures = [
         figure_block(title.split()[0], drift_figure(test.time_s, channels, title, every), "")
         for title, channels in panels

@@ -102,7 +102,15 @@ def trace_of(samples: Samples) -> Trace:
     """Makes the trace of a whole record."""
     drawn = envelope(samples, trace_names(samples.axes, samples.signals))
     found = tuple(events(samples))
-    return Trace(samples.axes, samples.signals, drawn, found, len(samples), samples.lost, samples.period_s)
+    return Trace(
+        axes=samples.axes,
+        signals=samples.signals,
+        envelope=drawn,
+        events=found,
+        periods=len(samples),
+        lost=samples.lost,
+        period_s=samples.period_s,
+    )
 
 
 @dataclass(frozen=True)

@@ -76,10 +76,7 @@ RIDGES: Final = (
 
 
 def surface_page(
-    name: str,
-    model: SurfaceModel,
-    correction: SurfaceCorrection | None = None,
-    written: Sequence[WrittenPattern] = (),
+    name: str, model: SurfaceModel, correction: SurfaceCorrection | None = None, written: Sequence[WrittenPattern] = ()
 ) -> str:
     """Writes the page of one surface's pattern, of its correction, if any, and of the pattern `written` as CAD."""
     parts = [own for own, _ in maps_of(model)]
@@ -117,7 +114,9 @@ def _arranged(model: SurfaceModel, first: PartMaps) -> list[DeviationMap]:
     *apart, predicted = maps_of_part(model, first)
 
     def whole(name: str, title: str, values_mm: Array) -> DeviationMap:
-        return DeviationMap(name, title, points, uv, np.where(there, values_mm, np.nan), bare)
+        return DeviationMap(
+            name=name, title=title, points_mm=points, uv=uv, error_mm=np.where(there, values_mm, np.nan), bare=bare
+        )
 
     return [
         *apart,
@@ -147,10 +146,7 @@ def _figure(shown: DeviationMap, range_um: float) -> str:
 
 def _summary(model: SurfaceModel) -> str:
     kinds = sorted({part.deviations.alignment.kind for part in model.parts})
-    words = {
-        "datum": "datum-bound: location and orientation are among the errors",
-        "best fit": "best fit: form alone",
-    }
+    words = {"datum": "datum-bound: location and orientation are among the errors", "best fit": "best fit: form alone"}
     return (
         f"{model.pattern.parts} parts · {'; '.join(words[kind] for kind in kinds)} · "
         f"pattern of {esc(model.pattern.size)} "

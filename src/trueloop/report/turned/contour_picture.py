@@ -61,12 +61,7 @@ def picture_of_solid(solid: "StepSolid", side: Side, outline: int | None) -> str
     z = np.concatenate([edge[:, 0] for edge in edges]) if edges else np.zeros(1)
     axis = np.array([[z.min() - 0.05 * np.ptp(z), 0.0], [z.max() + 0.05 * np.ptp(z), 0.0]])
     ways = [
-        Way(
-            k,
-            str(one),
-            np.concatenate([_places(piece.feature) for piece in one.contour.pieces])[:, ::-1],
-            k == chosen,
-        )
+        Way(k, str(one), np.concatenate([_places(piece.feature) for piece in one.contour.pieces])[:, ::-1], k == chosen)
         for k, one in enumerate(wanted, 1)
     ]
     return picture(solid.file.name, edges, [axis], ways)

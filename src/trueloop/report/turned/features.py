@@ -83,7 +83,14 @@ def touch_figures(correction: Correction, rows: NDArray[np.intp]) -> TouchFigure
         values[rows] * UM_PER_MM for values in (prediction.before_mm, prediction.after_mm, prediction.leave_one_out_mm)
     )
     known = left_out[np.isfinite(left_out)]
-    return TouchFigures(len(rows), rms(before), worst_of(before), rms(after), worst_of(after), rms(known))
+    return TouchFigures(
+        touches=len(rows),
+        before_rms_um=rms(before),
+        before_worst_um=worst_of(before),
+        predicted_rms_um=rms(after),
+        predicted_worst_um=worst_of(after),
+        left_out_rms_um=rms(known),
+    )
 
 
 def worst_of(values: Array) -> float:

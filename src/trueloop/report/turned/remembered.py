@@ -134,10 +134,7 @@ def memory_as_dict(correction: Correction) -> dict[str, object] | None:
         "points_to_keep": list(memory.keep),
         "gain": 1.0 if expected is None else expected.gain,
         "features": [
-            {
-                "feature": correction.profile.names[index],
-                "from_memory_percent": 100.0 * memory.share(index),
-            }
+            {"feature": correction.profile.names[index], "from_memory_percent": 100.0 * memory.share(index)}
             for index in memory.features
         ],
         "touches": _shares(correction, memory),
@@ -150,10 +147,7 @@ def _shares(correction: Correction, memory: FromMemory) -> list[dict[str, object
     """Returns the correction at each touch of an arc that memory predicts, and memory's share of it."""
     vectors, weight = correction.model.vectors, correction.options.weight
     rows = np.flatnonzero(np.isin(vectors.feature_index, memory.features))
-    from_memory = weight * memory.taken_off_mm(
-        vectors.feature_index[rows],
-        vectors.arc_length_mm[rows],
-    )
+    from_memory = weight * memory.taken_off_mm(vectors.feature_index[rows], vectors.arc_length_mm[rows])
     found: list[dict[str, object]] = []
     for k, share in zip(rows.tolist(), from_memory.tolist(), strict=True):
         index = int(vectors.feature_index[k])

@@ -34,7 +34,14 @@ class Refusal:
     @classmethod
     def of(cls, error: TrueloopError) -> "Refusal":
         """Makes a refusal from an error."""
-        return cls(error.code, error.message, error.hint, error.place, error.override, error.values)
+        return cls(
+            code=error.code,
+            message=error.message,
+            hint=error.hint,
+            place=error.place,
+            override=error.override,
+            values=error.values,
+        )
 
     def error(self) -> TrueloopError:
         """Makes the error from the refusal."""

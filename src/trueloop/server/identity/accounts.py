@@ -203,13 +203,13 @@ def _refused(name: str, why: str, hint: str) -> TrueloopError:
 
 def _row(one: Row[Any]) -> AccountRow:
     return AccountRow(
-        one.name,
-        one.display,
-        one.role,
-        one.language,
-        bool(one.disabled),
-        datetime.fromisoformat(one.created_at),
-        str(one.version),
+        name=one.name,
+        display=one.display,
+        role=one.role,
+        language=one.language,
+        disabled=bool(one.disabled),
+        made_at=datetime.fromisoformat(one.created_at),
+        etag=str(one.version),
     )
 
 

@@ -119,4 +119,13 @@ def _refused(what: str, hint: str) -> TrueloopError:
 def _row(one: Row[Any]) -> KeyRow:
     ended = None if one.ended_at is None else datetime.fromisoformat(one.ended_at)
     made, expires = datetime.fromisoformat(one.created_at), datetime.fromisoformat(one.expires_at)
-    return KeyRow(one.id, one.machine, one.name, one.scope, one.made_by, made, expires, ended)
+    return KeyRow(
+        id=one.id,
+        machine=one.machine,
+        name=one.name,
+        scope=one.scope,
+        made_by=one.made_by,
+        made_at=made,
+        expires_at=expires,
+        ended_at=ended,
+    )

@@ -7,14 +7,7 @@ from fastapi import Response
 from starlette.concurrency import run_in_threadpool
 
 from trueloop.factory.views.by_hand import CorrectedByHand, PartByHand
-from trueloop.jobs.factory.by_hand import (
-    Asked,
-    correct_by_hand,
-    hand_files,
-    made_before,
-    part_by_hand,
-    tried_by_hand,
-)
+from trueloop.jobs.factory.by_hand import Asked, correct_by_hand, hand_files, made_before, part_by_hand, tried_by_hand
 from trueloop.jobs.factory.hand_job import AskedPart, AskedReadings
 from trueloop.jobs.factory.uploads import upload_of
 from trueloop.server.apart.reading import answered, in_turn

@@ -123,13 +123,7 @@ def arm(id: str, given: ArmParts, here: Here, who: By, request: Request, respons
 
 @routes.post("/orders/{id}/parts/{part}/record")
 def record(
-    id: str,
-    part: RowPath,
-    given: DoneByHand,
-    here: Here,
-    who: By,
-    request: Request,
-    response: Response,
+    id: str, part: RowPath, given: DoneByHand, here: Here, who: By, request: Request, response: Response
 ) -> OrderView:
     """Records a step that a person did."""
     return _changed(here, who, id, ask.RecordStep(id, part, given.step, given.why), request, response)

@@ -58,7 +58,14 @@ class Mine:
 
 def me_of(who: Who) -> Me:
     """As the pages want it."""
-    return Me(who.name, who.display, who.role, who.language, who.unit, who.expires_at)
+    return Me(
+        name=who.name,
+        display=who.display,
+        role=who.role,
+        language=who.language,
+        unit=who.unit,
+        expires_at=who.expires_at,
+    )
 
 
 def set_cookie(here: Service, response: Response, value: str) -> None:

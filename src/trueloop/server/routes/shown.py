@@ -30,12 +30,7 @@ from trueloop.factory.views.orders import (
 )
 from trueloop.factory.views.parts import CertificateRow, EventView, PartLife, PartRow
 from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, SeriesView, ToolMemory, ToolRow
-from trueloop.jobs.factory.correction_page import (
-    correction_curves,
-    correction_page,
-    curve_picture,
-    sources_picture,
-)
+from trueloop.jobs.factory.correction_page import correction_curves, correction_page, curve_picture, sources_picture
 from trueloop.jobs.factory.links import links_view
 from trueloop.jobs.tool_life import tool_memory
 from trueloop.report.turned.figures.curves import CurvePicture
@@ -94,7 +89,16 @@ class TaskView:
 
 def task_view(task: Task) -> TaskView:
     """Without what only workers need."""
-    return TaskView(task.id, task.kind, task.subject, task.state, task.progress, task.said, task.problem, task.result)
+    return TaskView(
+        id=task.id,
+        kind=task.kind,
+        subject=task.subject,
+        state=task.state,
+        progress=task.progress,
+        said=task.said,
+        problem=task.problem,
+        result=task.result,
+    )
 
 
 T = TypeVar("T")

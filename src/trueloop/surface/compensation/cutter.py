@@ -128,7 +128,14 @@ def _followed(program: Program, path: ToolPath, words: dict[int, list[Word]], le
             said |= found.keys()
         end[move] = list(held.values())
         unsaid.append(len(said) < len(letters))
-    return ToolAxes(letters, start, end, np.array([0.0, 0.0, 1.0]), np.array(unsaid, bool), _decimals(words, letters))
+    return ToolAxes(
+        letters=letters,
+        start=start,
+        end=end,
+        fixed=np.array([0.0, 0.0, 1.0]),
+        unsaid=np.array(unsaid, bool),
+        decimals=_decimals(words, letters),
+    )
 
 
 def _decimals(words: dict[int, list[Word]], letters: str) -> int:

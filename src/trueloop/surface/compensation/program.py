@@ -35,13 +35,7 @@ from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion,
 from trueloop.nc.program.understood import require_known_frame, require_plain_frame, require_sound, require_understood
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.surface.compensation.cutter import Cutter, ToolAxes, check_tool_axes, contacts, edge_centres_mm, tool_axes
-from trueloop.surface.compensation.placed import (
-    looked_at,
-    on_surface,
-    require_one_zero,
-    require_same_shifts,
-    shifts_mm,
-)
+from trueloop.surface.compensation.placed import looked_at, on_surface, require_one_zero, require_same_shifts, shifts_mm
 from trueloop.surface.compensation.seam import Steps
 from trueloop.surface.compensation.shift import SAME_MM, Samples, SurfaceJob, places, sampled
 from trueloop.units import UM_PER_MM
@@ -282,11 +276,7 @@ def _needed(points: Array, cutting: np.ndarray, tolerance_mm: float) -> list[int
 
 
 def _edits(
-    program: Program,
-    path: ToolPath,
-    axes: ToolAxes,
-    ends: dict[int, Array],
-    between: dict[int, list[Waypoint]],
+    program: Program, path: ToolPath, axes: ToolAxes, ends: dict[int, Array], between: dict[int, list[Waypoint]]
 ) -> Iterator[Edit]:
     held = held_starts(path, ends)
     for move in range(len(path)):

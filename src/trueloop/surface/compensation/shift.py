@@ -154,7 +154,7 @@ def sampled(
     move, share = places(path, turning, moves, job.sample_mm)
     tips, axes = points_along(path, move, share), turning.directions(move, share)
     moved = moved_locations(nominal, corrected, job.cutter, tips, axes, cuts_mm=job.cuts_mm)
-    return Samples(move, share, tips, moved.tips_mm, moved.cutting, turning)
+    return Samples(move=move, share=share, before_mm=tips, after_mm=moved.tips_mm, cutting=moved.cutting, axes=turning)
 
 
 DEGREE: Final = 3

@@ -59,7 +59,14 @@ def sampling_advice(surface: Surface, ball_radius_mm: float, step_mm: float | No
     hollow = float(np.min(surface.curvatures_per_mm(np.repeat(u, len(v)), np.tile(v, len(u)))[:, 0]))
     radius = -1.0 / hollow if hollow < 0 else float("inf")
     rows, columns = int(np.ceil(along / step)) + 1, int(np.ceil(across / step)) + 1
-    return SamplingAdvice(step, 2 * step, rows, columns, radius, ball_radius_mm < radius)
+    return SamplingAdvice(
+        step_mm=step,
+        shortest_wave_mm=2 * step,
+        rows=rows,
+        columns=columns,
+        hollow_radius_mm=radius,
+        reaches_everywhere=ball_radius_mm < radius,
+    )
 
 
 LEAST_POINTS = 16
@@ -92,12 +99,7 @@ class SurfaceDeviations:
 
 
 def surface_deviations(
-    surface: Surface,
-    points: MeasuredPoints,
-    *,
-    fit: bool = False,
-    farthest_mm: float = 1.0,
-    setup_mm: float = SETUP_MM,
+    surface: Surface, points: MeasuredPoints, *, fit: bool = False, farthest_mm: float = 1.0, setup_mm: float = SETUP_MM
 ) -> SurfaceDeviations:
     """Deviations along the normals, datum-bound or, with `fit`, after a best fit of what the set-up may have done.
 
@@ -154,7 +156,17 @@ def _filled(
 
     error = feet.distance_mm - points.ball_radius_mm
     u, v, nominal, normal, error = (whole(c) for c in (feet.u, feet.v, feet.point_mm, feet.normal, error))
-    return SurfaceDeviations(points.name, u, v, nominal, normal, error, points.shape, alignment, found)
+    return SurfaceDeviations(
+        name=points.name,
+        u=u,
+        v=v,
+        nominal_mm=nominal,
+        normal=normal,
+        error_mm=error,
+        shape=points.shape,
+        alignment=alignment,
+        findings=found,
+    )
 
 
 def _once(points: MeasuredPoints, found: SurfaceDeviations) -> SurfaceDeviations:

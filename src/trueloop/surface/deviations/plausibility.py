@@ -21,13 +21,7 @@ HOLES: Final = 0.25
 
 
 def findings_of(
-    surface: Surface,
-    points: MeasuredPoints,
-    there: np.ndarray,
-    feet: Feet,
-    farthest_mm: float,
-    *,
-    bound: bool,
+    surface: Surface, points: MeasuredPoints, there: np.ndarray, feet: Feet, farthest_mm: float, *, bound: bool
 ) -> tuple[Finding, ...]:
     """Refuses points that cannot belong to the surface; returns what is only suspicious.
 

@@ -182,7 +182,17 @@ def pattern_of(
     sigma = rms(np.array([part.sigma_mm for part in again]))
     odd = outliers(on_square(models), names, confidence)
     findings = tuple(_finding(o) for o in odd)
-    return Pattern(size, tuple(names), models, mean, sigma, _missed_mm(again), odd, findings, support)
+    return Pattern(
+        size=size,
+        names=tuple(names),
+        models=models,
+        mean=mean,
+        sigma_mm=sigma,
+        missed_mm=_missed_mm(again),
+        outlying=odd,
+        findings=findings,
+        support=support,
+    )
 
 
 def common_size(parts: Sequence[Separation]) -> Size:

@@ -269,11 +269,7 @@ def _trial(near: Neighbourhood, errors: Array, size: Size) -> Trial:
 
 
 def _taken_apart(
-    near: Neighbourhood,
-    errors: Array,
-    chosen: Trial,
-    criterion: str,
-    found: tuple[Finding, ...],
+    near: Neighbourhood, errors: Array, chosen: Trial, criterion: str, found: tuple[Finding, ...]
 ) -> Separation:
     span = projector(near.places, chosen.size)
     residuals = span.residuals(errors)

@@ -243,10 +243,24 @@ def _form(asked: Characteristic, drawn: Array) -> Judgement:
     form = np.ptp(drawn, axis=1)
     upper, value = asked.upper_limit, float(np.mean(form))
     if upper is None:
-        return Judgement(value, float(np.std(form)), None, None, None, None)
+        return Judgement(
+            value=value,
+            standard_u=float(np.std(form)),
+            degrees_of_freedom=None,
+            probability_in=None,
+            margin=None,
+            verdict=None,
+        )
     share = float(np.mean(form <= upper))
     verdict: Verdict = "in" if share >= PROVEN else "out" if share <= 1.0 - PROVEN else "undecided"
-    return Judgement(value, float(np.std(form)), None, share, upper - value, verdict)
+    return Judgement(
+        value=value,
+        standard_u=float(np.std(form)),
+        degrees_of_freedom=None,
+        probability_in=share,
+        margin=upper - value,
+        verdict=verdict,
+    )
 
 
 def _drawn(values: Array, gains: Array, covariance: Covariance) -> Array:

@@ -171,7 +171,15 @@ def decide(
     z = _from_own_face(z) if cuts_zero else z
     moved = np.zeros(2) if contour_in_force_mm is None else inverse @ (weight_of * contour_in_force_mm)
     before = (in_force_mm[0] + float(moved[0]), in_force_mm[1] + float(moved[1]))
-    return Decision(x, z, inverse @ inverse.T, by, _scattered(inverse, correlated), before, touch_mm)
+    return Decision(
+        x=x,
+        z=z,
+        unit_covariance=inverse @ inverse.T,
+        by=by,
+        common_covariance=_scattered(inverse, correlated),
+        in_force_mm=before,
+        touch_mm=touch_mm,
+    )
 
 
 def _scattered(inverse: Array, correlated: tuple[NDArray[np.intp], Array] | None) -> Array:
@@ -199,7 +207,9 @@ def _decide_axis(
     name, n = AXES[axis], int(np.count_nonzero(informs))
     if n == 0:
         words = wording("{axis}: no touch faces {axis}; it stays as it is.", axis=name)
-        return AxisDecision(name, True, 0.0, 0.0, float("nan"), words)
+        return AxisDecision(
+            axis=name, enough=True, offset_mm=0.0, largest_left_mm=0.0, p_value=float("nan"), words=words
+        )
     left, sigma = left_mm[informs], sigma_mm[informs]
     largest = float(np.max(np.abs(left)))
     ratio = float(np.sum((left / sigma) ** 2)) / max(n - 1, 1) if np.all(sigma > 0.0) else float("inf")
@@ -227,7 +237,15 @@ def _decide_axis(
         verdict=verdict,
         p=p_value,
     )
-    return AxisDecision(name, enough, offset_mm, largest, p_value, words, expanded_u_mm)
+    return AxisDecision(
+        axis=name,
+        enough=enough,
+        offset_mm=offset_mm,
+        largest_left_mm=largest,
+        p_value=p_value,
+        words=words,
+        expanded_u_mm=expanded_u_mm,
+    )
 
 
 def _undetermined(axis: int, expanded_u_mm: float) -> AxisDecision:
@@ -237,7 +255,9 @@ def _undetermined(axis: int, expanded_u_mm: float) -> AxisDecision:
         axis=AXES[axis],
         u=Um(expanded_u_mm),
     )
-    return AxisDecision(AXES[axis], True, 0.0, 0.0, float("nan"), words)
+    return AxisDecision(
+        axis=AXES[axis], enough=True, offset_mm=0.0, largest_left_mm=0.0, p_value=float("nan"), words=words
+    )
 
 
 def _from_own_face(z: AxisDecision) -> AxisDecision:

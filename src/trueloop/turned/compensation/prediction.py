@@ -37,12 +37,7 @@ class Prediction:
 
 
 def predict(
-    measured_mm: Array,
-    process_mm: Array,
-    fitted_mm: Array,
-    left_out_fitted_mm: Array,
-    budget: Budget,
-    weight: float,
+    measured_mm: Array, process_mm: Array, fitted_mm: Array, left_out_fitted_mm: Array, budget: Budget, weight: float
 ) -> Prediction:
     """Predicts the process error less w times its fit. The semi-finish program's own deviation does not count."""
     return Prediction(

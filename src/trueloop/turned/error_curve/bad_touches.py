@@ -223,7 +223,12 @@ def _deletion(search: _Search, kept: NDArray[np.intp], k: int) -> _Deletion | No
         - (nu + 1) / 2 * math.log1p((off / u) ** 2 / nu)
     )  # fmt: skip
     return _Deletion(
-        k, expected, u, times, BAD_SHARE / (1.0 - BAD_SHARE) * math.exp(min(log_bad - log_good, 30.0)), times > limit
+        position=k,
+        expected_mm=expected,
+        standard_u_mm=u,
+        times=times,
+        odds=BAD_SHARE / (1.0 - BAD_SHARE) * math.exp(min(log_bad - log_good, 30.0)),
+        rejected=times > limit,
     )
 
 

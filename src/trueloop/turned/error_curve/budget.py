@@ -84,7 +84,16 @@ def joined(budgets: Sequence[Budget]) -> Budget:
 def remembered_only(standard_u_mm: Array, degrees_of_freedom: int | None) -> Budget:
     """Returns the budget of a next cut predicted from earlier parts, (n,): its uncertainty is known as a whole."""
     zero = np.zeros_like(standard_u_mm)
-    return Budget(zero, zero, zero, zero, zero, zero, degrees_of_freedom, standard_u_mm)
+    return Budget(
+        probe_mm=zero,
+        curve_mm=zero,
+        process_mm=zero,
+        common_mm=zero,
+        along_mm=zero,
+        estimate_mm=zero,
+        degrees_of_freedom=degrees_of_freedom,
+        memory_mm=standard_u_mm,
+    )
 
 
 def _causes(budget: Budget) -> Array:
@@ -96,4 +105,13 @@ def _causes(budget: Budget) -> Array:
 
 def _of_causes(rows: Array, degrees_of_freedom: int | None) -> Budget:
     memory = rows[6] if np.any(rows[6]) else None
-    return Budget(rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], degrees_of_freedom, memory)
+    return Budget(
+        probe_mm=rows[0],
+        curve_mm=rows[1],
+        process_mm=rows[2],
+        common_mm=rows[3],
+        along_mm=rows[4],
+        estimate_mm=rows[5],
+        degrees_of_freedom=degrees_of_freedom,
+        memory_mm=memory,
+    )

@@ -179,7 +179,16 @@ def tangencies(profile: Profile, free: FittedChains, policy: TangentPolicy) -> t
         end = profile.features[i].point_mm(profile.features[i].length_mm)
         predicted = 0.0 if policy == TangentPolicy.PART else kink
         u = float(np.sqrt(max(variance, 0.0)))
-        found.append(Tangency(i, i + 1, (float(end[0]), float(end[1])), kink, predicted, u))
+        found.append(
+            Tangency(
+                before=i,
+                after=i + 1,
+                point_mm=(float(end[0]), float(end[1])),
+                kink=kink,
+                predicted_rad=predicted,
+                standard_u_rad=u,
+            )
+        )
     return tuple(found)
 
 

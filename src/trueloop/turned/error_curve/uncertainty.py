@@ -44,7 +44,14 @@ def finish(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> FittedChains:
     pooled = sum(float(np.sum(fit.scattered_mm**2)) for fit in to_spare) / spare if spare else 0.0
     scatter = {i: _at_least_type_b(fit, vectors, pooled) for i, fit in fits.items()}
     splines = _splines(fits, scatter, reference, vectors, {})
-    return FittedChains(fits, splines, scatter, spare, reference, float(np.sqrt(pooled)))
+    return FittedChains(
+        fits=fits,
+        splines=splines,
+        scatter_mm=scatter,
+        degrees_of_freedom=spare,
+        reference=reference,
+        residual_mm=float(np.sqrt(pooled)),
+    )
 
 
 def with_likeness(fitted: FittedChains, vectors: ErrorVectors, stated_mm: float | None) -> FittedChains:

@@ -163,12 +163,7 @@ be multiplied by ten and more. The line gets a constant."""
 
 
 def fit_lines(
-    name: str,
-    chain: Chain,
-    touches: ChainTouches,
-    policy: TangentPolicy,
-    conditions: EndConditions,
-    sources: Sources,
+    name: str, chain: Chain, touches: ChainTouches, policy: TangentPolicy, conditions: EndConditions, sources: Sources
 ) -> ChainFit:
     """Fits a straight line; a constant where the touches carry no more. Lines in line with each other are fitted as
     one.

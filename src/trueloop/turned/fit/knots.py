@@ -54,12 +54,7 @@ def candidates(points: int) -> list[int]:
 
 
 def fit_determined(
-    arc_length_mm: Array,
-    error_mm: Array,
-    knots: Knots,
-    length_mm: float,
-    degree: int,
-    conditions: EndConditions,
+    arc_length_mm: Array, error_mm: Array, knots: Knots, length_mm: float, degree: int, conditions: EndConditions
 ) -> tuple[SplineFit, Knots]:
     """Fits with as many of the knots, and as high a degree, as the touches determine.
 

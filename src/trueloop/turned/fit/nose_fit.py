@@ -72,7 +72,18 @@ def fit_nose_model(parts: Sequence[NoseTouches]) -> NoseModel:
         length = highest - lowest
         n = knots + 4
         interior = length * np.arange(1, knots + 1) / (knots + 1)
-        found = _solve(arcs, Spline(interior, length, 3, np.zeros(n), np.zeros((n, 4)), np.zeros((n, 1))), lowest)
+        found = _solve(
+            arcs,
+            Spline(
+                interior_knots_mm=interior,
+                length_mm=length,
+                degree=3,
+                coefficients_mm=np.zeros(n),
+                covariance_band_mm2=np.zeros((n, 4)),
+                prescribed_mm=np.zeros((n, 1)),
+            ),
+            lowest,
+        )
         if found is not None:
             # The mean error of each straight feature about the model of its part
             left: dict[tuple[str, str], list[float]] = {}

@@ -267,5 +267,13 @@ def least_squares_spline(
     w = None if weights is None else np.ascontiguousarray(weights, dtype=np.float64)
     fitted = fit_spline(s, y, w, knots, length_mm, degree, conditions.numbers)
     coefficients, band, sensitivity, residual, leverage = fitted
-    spline = Spline(knots, length_mm, degree, coefficients, band, np.zeros((len(coefficients), 1)), supported)
+    spline = Spline(
+        interior_knots_mm=knots,
+        length_mm=length_mm,
+        degree=degree,
+        coefficients_mm=coefficients,
+        covariance_band_mm2=band,
+        prescribed_mm=np.zeros((len(coefficients), 1)),
+        supported_mm=supported,
+    )
     return SplineFit(spline, conditions, residual, leverage, sensitivity)

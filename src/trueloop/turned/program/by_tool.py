@@ -156,7 +156,16 @@ def answer_by_tool(
         asked, moved = before - weight * curve.value_mm(s), normal @ offset_mm
         k = int(np.argmax(np.abs(asked - moved)))
         low, high, measured = float(np.min(moved)), float(np.max(moved)), index in touched
-        features.append(MovedFeature(feature.name, low, high, float(asked[k]), float(moved[k]), measured))
+        features.append(
+            MovedFeature(
+                feature=feature.name,
+                low_mm=low,
+                high_mm=high,
+                own_mm=float(asked[k]),
+                moved_mm=float(moved[k]),
+                touched=measured,
+            )
+        )
         if measured:
             share_of_length = np.sqrt(max(float(s[-1] - s[0]), 1e-9))
             own.append(rms(asked) * share_of_length)

@@ -79,7 +79,7 @@ def _cycle(program: Program, block: Block) -> ContourCycle | None:
             named = tuple(other.text[1:].strip().lstrip("0") for other in block.words if other.letter in letters)
             by: Literal["numbers", "subroutine"] = "subroutine" if letters == "Q" else "numbers"
             if len(named) == len(letters):
-                return ContourCycle(block, word, named, not finishes, finishes, by)
+                return ContourCycle(block=block, word=word, named=named, roughs=not finishes, finishes=finishes, by=by)
         if meaning.startswith(("Lap(Rough", "Lap(Finish")):
             return _lap(block, word, finishes=meaning == "Lap(Finish)")
         if meaning == "Removal(Stock)":
@@ -89,7 +89,9 @@ def _cycle(program: Program, block: Block) -> ContourCycle | None:
             number = int(kind) if kind.isdigit() else 0
             name = given[0].strip().strip('"').lower()
             roughs, both = number in _ROUGHS or not number, number in _BOTH
-            return ContourCycle(block, word, (name,), roughs or both, not roughs, "name")
+            return ContourCycle(
+                block=block, word=word, named=(name,), roughs=roughs or both, finishes=not roughs, by="name"
+            )
         if meaning == "Removal(Contour)":
             return _contour_turning(program, block, word)
     return None
@@ -100,7 +102,14 @@ def _lap(block: Block, word: Word, *, finishes: bool) -> ContourCycle | None:
     behind = [other for other in block.words if other.start > word.start and other.letter == "N"]
     if not behind:
         return None
-    return ContourCycle(block, behind[0], (behind[0].text[1:].lstrip("0").upper(),), not finishes, finishes, "sequence")
+    return ContourCycle(
+        block=block,
+        word=behind[0],
+        named=(behind[0].text[1:].lstrip("0").upper(),),
+        roughs=not finishes,
+        finishes=finishes,
+        by="sequence",
+    )
 
 
 def _contour_turning(program: Program, block: Block, word: Word) -> ContourCycle:
@@ -111,7 +120,7 @@ def _contour_turning(program: Program, block: Block, word: Word) -> ContourCycle
     earlier = (other for before in program.blocks if before.index < block.index for other in before.words)
     names = [other for other in earlier if program.core.meaning(other.index) == "Removal(Names)"]
     named = tuple(arguments(names[-1])) if names else ()
-    return ContourCycle(block, word, named, not finishes, finishes, "earlier")
+    return ContourCycle(block=block, word=word, named=named, roughs=not finishes, finishes=finishes, by="earlier")
 
 
 def arguments(word: Word) -> list[str]:

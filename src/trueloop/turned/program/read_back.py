@@ -179,12 +179,7 @@ def _require_alike(path: ToolPath, moves: range, others: range) -> None:
 
 
 def check_rapids(
-    profile: Profile,
-    before: ToolPath,
-    after: ToolPath,
-    images: Sequence[range],
-    moves: range,
-    follows_mm: float = 0.0,
+    profile: Profile, before: ToolPath, after: ToolPath, images: Sequence[range], moves: range, follows_mm: float = 0.0
 ) -> None:
     """Refuses rapids outside of the contour (`moves` of the source) that come closer to the part than they did.
 

@@ -89,7 +89,13 @@ class WearOffset:
         x_is: Literal["radius", "diameter"] = "diameter" if self.x_is_diameter else "radius"
         x_radius_mm = self.x * unit_mm / (2 if self.x_is_diameter else 1)
         return ToolOffset(
-            *(self.tool, x_radius_mm, self.z * unit_mm, makes_the_correction, x_is, self.unit, measured_sha256),
+            tool=self.tool,
+            x_radius_mm=x_radius_mm,
+            z_mm=self.z * unit_mm,
+            makes_the_correction=makes_the_correction,
+            x_is=x_is,
+            unit=self.unit,
+            measured_sha256=measured_sha256,
             held=replace(held, edge=self.edge),
             decimals=self.decimals,
             blocks=self.blocks,
@@ -104,7 +110,17 @@ class WearOffset:
         x, z = kept.x_radius_mm / unit_mm * (2 if is_diameter else 1), kept.z_mm / unit_mm
         x, z = (round(value, kept.decimals) + 0.0 for value in (x, z))
         u = _scaled(kept.expanded_u_mm, (2 if is_diameter else 1) / unit_mm, 1 / unit_mm)
-        return cls(kept.tool, x, z, is_diameter, kept.unit, kept.decimals, kept.held.edge, blocks, u)
+        return cls(
+            tool=kept.tool,
+            x=x,
+            z=z,
+            x_is_diameter=is_diameter,
+            unit=kept.unit,
+            decimals=kept.decimals,
+            edge=kept.held.edge,
+            blocks=blocks,
+            expanded_u=u,
+        )
 
     def as_dict(self) -> dict[str, object]:
         """Returns it for JSON."""
@@ -291,7 +307,16 @@ def wear_offset(
     if expanded_u_mm is not None:
         x_u, z_u = (None if v is None else v / state.unit_mm(a) for a, v in zip("XZ", expanded_u_mm, strict=True))
         u = (x_u, z_u)
-    wear = WearOffset(tool, x, z, state.diameter, "inch" if state.inch else "mm", decimals, edge, expanded_u=u)
+    wear = WearOffset(
+        tool=tool,
+        x=x,
+        z=z,
+        x_is_diameter=state.diameter,
+        unit="inch" if state.inch else "mm",
+        decimals=decimals,
+        edge=edge,
+        expanded_u=u,
+    )
     if not tool:
         return wear
     if dialect.wear_words == "ge2000t":

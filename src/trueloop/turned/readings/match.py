@@ -109,7 +109,14 @@ def _no_size(profile: Profile, reading: Reading, index: int | None, along: Axis)
     if differs > within_of(reading):
         return _another(profile, reading, index, z)
     error_mm = float(feature.outward_normal(s)[1]) * (reading.actual - z)
-    touch = Touch(reading.characteristic, (x / 2, z), feature.name, (x / 2, reading.actual), error_mm, reading.line)
+    touch = Touch(
+        point=reading.characteristic,
+        nominal_mm=(x / 2, z),
+        feature=feature.name,
+        measured_mm=(x / 2, reading.actual),
+        error_mm=error_mm,
+        line=reading.line,
+    )
     return MatchedTouch(touch, index, "name", differs)
 
 

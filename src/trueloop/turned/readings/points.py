@@ -153,7 +153,15 @@ def _matched(
     nominal, measured, normal = _in_plane(in_space, axis)
     given = ~np.isnan(nominal[:, 0])
     places = np.where(given[:, None], nominal, measured)
-    plane = _Plane(profile, places, measured, normal, given, np.where(given, 0.0, ball_mm), ball_mm)
+    plane = _Plane(
+        profile=profile,
+        places=places,
+        measured=measured,
+        normal=normal,
+        given=given,
+        off_mm=np.where(given, 0.0, ball_mm),
+        ball_mm=ball_mm,
+    )
     away = np.abs(_distances(profile, places, plane.off_mm))
     # The features nearest and next to each point; of a profile of one feature both are that
     order = np.argsort(away, axis=0, kind="stable")

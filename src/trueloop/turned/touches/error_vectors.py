@@ -28,7 +28,14 @@ class Seen:
     def at(cls, name: str, places: "tuple[tuple[int, float, float], ...]", value_mm: float, u_mm: float) -> "Seen":
         """Of places (feature, arc length, weight)."""
         index, along, weight = zip(*places, strict=True)
-        return cls(name, np.array(index, dtype=np.intp), np.array(along), np.array(weight), value_mm, u_mm)
+        return cls(
+            name=name,
+            feature_index=np.array(index, dtype=np.intp),
+            arc_length_mm=np.array(along),
+            weight=np.array(weight),
+            value_mm=value_mm,
+            standard_u_mm=u_mm,
+        )
 
     def less(self, error_mm: Array) -> "Seen":
         """Returns the functional of the remainder when these errors, (n,) at its places, are taken out."""
@@ -79,18 +86,18 @@ class ErrorVectors:
         """Returns some of the error vectors, by their positions."""
         k = np.asarray(positions, dtype=np.intp)
         return ErrorVectors(
-            tuple(self.point[i] for i in k),
-            self.feature_index[k],
-            self.arc_length_mm[k],
-            self.error_mm[k],
-            self.standard_u_mm[k],
-            self.at_reference[k],
-            self.nominal_mm[k],
-            self.outward_normal[k],
-            self.file,
-            self.gauged,
-            self.seen,
-            self.by_cmm,
+            point=tuple(self.point[i] for i in k),
+            feature_index=self.feature_index[k],
+            arc_length_mm=self.arc_length_mm[k],
+            error_mm=self.error_mm[k],
+            standard_u_mm=self.standard_u_mm[k],
+            at_reference=self.at_reference[k],
+            nominal_mm=self.nominal_mm[k],
+            outward_normal=self.outward_normal[k],
+            file=self.file,
+            gauged=self.gauged,
+            seen=self.seen,
+            by_cmm=self.by_cmm,
         )
 
     @property

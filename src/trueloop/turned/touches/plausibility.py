@@ -33,12 +33,7 @@ ENOUGH: Final = 6
 
 BLUNDERS: Final[tuple[tuple[Code, str, tuple[float, float], str], ...]] = (
     (Code.TCH_UNIT, "25.4 times too small", (MM_PER_INCH, MM_PER_INCH), "inches in a column named mm?"),
-    (
-        Code.TCH_UNIT,
-        "25.4 times too large",
-        (1 / MM_PER_INCH, 1 / MM_PER_INCH),
-        "millimetres in a column named in?",
-    ),
+    (Code.TCH_UNIT, "25.4 times too large", (1 / MM_PER_INCH, 1 / MM_PER_INCH), "millimetres in a column named in?"),
     (Code.TCH_DIAMETER, "twice too large in x", (0.5, 1.0), "diameters in a column of radii?"),
     (Code.TCH_DIAMETER, "half of x", (2.0, 1.0), "radii in a column of diameters?"),
 )

@@ -290,8 +290,7 @@ def test_a_date_that_may_be_two_is_remarked(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("plane", "point"),
-    [("XYPLAN", (0.0, 20.0, 7.0)), ("YZPLAN", (7.0, 0.0, 20.0)), ("ZXPLAN", (20.0, 7.0, 0.0))],
+    ("plane", "point"), [("XYPLAN", (0.0, 20.0, 7.0)), ("YZPLAN", (7.0, 0.0, 20.0)), ("ZXPLAN", (20.0, 7.0, 0.0))]
 )
 def test_polar_coordinates_turn_in_the_working_plane(plane: str, point: tuple[float, ...]) -> None:
     file = in_mm(f"WKPLAN/{plane}", "FA(P)=FEAT/POINT,POL,20,90,7,1,0,0")

@@ -80,16 +80,8 @@ def test_an_uncertainty_is_in_the_unit_of_its_value(folder: Path) -> None:
     [
         ("Flatness", "<ToleranceValue>0.05</ToleranceValue>", (None, 0.05)),
         ("PointProfile", "<ToleranceValue>4</ToleranceValue>", (-2.0, 2.0)),
-        (
-            "PointProfile",
-            "<ToleranceValue>1.5</ToleranceValue><OuterDisposition>1</OuterDisposition>",
-            (-0.5, 1.0),
-        ),
-        (
-            "Position",
-            "<ToleranceValue>1</ToleranceValue><MaterialCondition>MAXIMUM</MaterialCondition>",
-            (None, None),
-        ),
+        ("PointProfile", "<ToleranceValue>1.5</ToleranceValue><OuterDisposition>1</OuterDisposition>", (-0.5, 1.0)),
+        ("Position", "<ToleranceValue>1</ToleranceValue><MaterialCondition>MAXIMUM</MaterialCondition>", (None, None)),
         ("Position", "<ToleranceValue>1</ToleranceValue><MaterialCondition>NONE</MaterialCondition>", (None, 1.0)),
     ],
 )

@@ -176,8 +176,7 @@ def test_a_zone_without_a_width_is_reported(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("row", "heads"),
-    [("20;-20", "OT;UT"), ("0;-16", "OT;UT"), ("±20", "Toleranz"), ("+20/-10", "Toleranz")],
+    ("row", "heads"), [("20;-20", "OT;UT"), ("0;-16", "OT;UT"), ("±20", "Toleranz"), ("+20/-10", "Toleranz")]
 )
 def test_tolerances_far_from_the_nominal_value_need_a_unit_of_their_own(tmp_path: Path, row: str, heads: str) -> None:
     text = f"Name;Nominal;{heads};Actual\nØ 44;44;{row};44,031\n"

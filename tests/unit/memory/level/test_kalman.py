@@ -64,12 +64,7 @@ def averaged(readings: list[PartReading], prior: LevelPrior) -> dict[str, float]
 
 
 def test_it_is_the_conditional_distribution() -> None:
-    readings = [
-        PartReading(0.018),
-        PartReading(0.007, 0.012),
-        PartReading(-0.004, 0.021),
-        PartReading(0.001, 0.019),
-    ]
+    readings = [PartReading(0.018), PartReading(0.007, 0.012), PartReading(-0.004, 0.021), PartReading(0.001, 0.019)]
     step, reference = steps(readings)[-1], averaged(readings, TURNING)
     for name in ("level_mm", "level_u_mm", "gain", "gain_u"):
         assert getattr(step, name) == pytest.approx(reference[name], rel=1e-9)

@@ -157,11 +157,7 @@ MISTAKES = {
     ),
     "address": ('[mtconnect.a]\nurl = "a:5000"\n[signals.T1]\nsource="a"\nitem="x"\nunit="degC"\n', 4, "http://"),
     "value out of bounds": (FULL.replace('B0"', 'B0"\nbaud = 5'), 5, "docs/realtime-signals.md"),
-    "log without it": (
-        '[replay.a]\nfile="log.csv"\n[signals.T1]\nsource="a"\nrecorded="T7"\n',
-        5,
-        "recorded",
-    ),
+    "log without it": ('[replay.a]\nfile="log.csv"\n[signals.T1]\nsource="a"\nrecorded="T7"\n', 5, "recorded"),
     "start outside the log": ('[replay.a]\nfile="log.csv"\nstart_s=900\n[signals.T1]\nsource="a"\n', 5, "time_s"),
 }
 

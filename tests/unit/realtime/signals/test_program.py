@@ -9,12 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from tests.support.signals import until
-from trueloop.controllers.linuxcnc.realtime.signals.component import (
-    Interpreter,
-    ProgramThread,
-    ProgramWatch,
-    Running,
-)
+from trueloop.controllers.linuxcnc.realtime.signals.component import Interpreter, ProgramThread, ProgramWatch, Running
 
 OURS, OTHER, NONE = Running.OURS, Running.OTHER, Running.NONE
 CONTENT = b"G21 G18\nG1 X10 F100\nM2\n"

@@ -56,8 +56,12 @@ class Service:
             return None
         run = said["run"]
         return Offered(
-            *(run["key"], run["machine"]["name"], said["block"]["kind"], run["sent_sha256"]),
-            *(b64decode(said["program"]), said["mode"] == "armed"),
+            key=run["key"],
+            machine=run["machine"]["name"],
+            kind=said["block"]["kind"],
+            sent_sha256=run["sent_sha256"],
+            text=b64decode(said["program"]),
+            armed=said["mode"] == "armed",
         )
 
     def tell(self, entries: Sequence[Entry]) -> None:

@@ -125,7 +125,15 @@ def layout_of(said: bytes, named: Sequence[tuple[str, str]] | None = None) -> La
         )
     names = named if named is not None else [(f"signal_{n}", "") for n in range(count)]
     units = head["mm_per_unit"]
-    return Layout(place, k, 1e-9 * head["period_ns"], units, head["clocks_per_ns"], axes, signal_columns(names))
+    return Layout(
+        place=place,
+        width=k,
+        period_s=1e-9 * head["period_ns"],
+        mm_per_unit=units,
+        clocks_per_ns=head["clocks_per_ns"],
+        axes=axes,
+        signals=signal_columns(names),
+    )
 
 
 def _no_linuxcnc(why: str) -> TrueloopError:

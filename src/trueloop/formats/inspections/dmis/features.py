@@ -160,7 +160,15 @@ def feature_of(statement: Words, settings: Settings) -> Feature | str | None:
     }
     step = mm * 10.0 ** -_decimals(texts, slots)
     return Feature(
-        kind, statement.label, line, _side(words), place, direction, sizes, step, _odd(slots, fields[count:])
+        kind=kind,
+        label=statement.label,
+        line=line,
+        side=_side(words),
+        place_mm=place,
+        direction=direction,
+        sizes=sizes,
+        decimals_mm=step,
+        odd=_odd(slots, fields[count:]),
     )
 
 

@@ -195,7 +195,15 @@ def _read(content: bytes, path: Path, stated: Stated) -> MeasuredFile:
         characteristics.update({(one.feature, one.name): one for one in characteristics_of(run)})
     if not inspections:
         notes.say("it holds nothing measured that is read: no FA and no TA, as a program has none", 1)
-    return MeasuredFile(path, "DMIS", encoding, unit, tuple(inspections), tuple(characteristics.values()), notes.all())
+    return MeasuredFile(
+        path=path,
+        format="DMIS",
+        encoding=encoding,
+        unit=unit,
+        inspections=tuple(inspections),
+        characteristics=tuple(characteristics.values()),
+        remarks=notes.all(),
+    )
 
 
 FORMAT: Final = Format("DMIS", _recognises, read_dmis)

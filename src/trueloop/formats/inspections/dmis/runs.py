@@ -76,20 +76,27 @@ class Run:
 
     def next(self, heading: Heading) -> "Run":
         """Returns a new run in which the nominals and tolerances stated so far remain in force."""
-        return Run(heading, self.frame, dict(self.nominals), [], _copied(self.tolerances), dict(self.by_label))
+        return Run(
+            heading=heading,
+            frame=self.frame,
+            nominals=dict(self.nominals),
+            actuals=[],
+            tolerances=_copied(self.tolerances),
+            by_label=dict(self.by_label),
+        )
 
     def joined(self, other: "Run") -> "Run":
         """Returns the run with what a later run adds to it."""
         return Run(
-            self.heading,
-            self.frame,
-            {**self.nominals, **other.nominals},
-            [*self.actuals, *other.actuals],
-            _copied({**self.tolerances, **other.tolerances}),
-            {**self.by_label, **other.by_label},
-            [*self.found, *other.found],
-            [*self.loose, *other.loose],
-            self.stated | other.stated,
+            heading=self.heading,
+            frame=self.frame,
+            nominals={**self.nominals, **other.nominals},
+            actuals=[*self.actuals, *other.actuals],
+            tolerances=_copied({**self.tolerances, **other.tolerances}),
+            by_label={**self.by_label, **other.by_label},
+            found=[*self.found, *other.found],
+            loose=[*self.loose, *other.loose],
+            stated=self.stated | other.stated,
         )
 
 

@@ -113,7 +113,15 @@ def tolerance_of(statement: Words, settings: Settings) -> Tolerance | str | None
         for field in fields[:wanted]
     ]
     if what in ZONES and not own:
-        return Tolerance(what, statement.label, statement.line, None, numbers[0], 0.0, absolute=True)
+        return Tolerance(
+            what=what,
+            label=statement.label,
+            line=statement.line,
+            lower=None,
+            upper=numbers[0],
+            nominal=0.0,
+            absolute=True,
+        )
     if len(fields) > wanted and is_number(fields[wanted]):
         return f"has more than {wanted} numbers"
     nominal = numbers[0] if wanted == 3 else 0.0 if what in PROFILES else None
@@ -121,7 +129,15 @@ def tolerance_of(statement: Words, settings: Settings) -> Tolerance | str | None
     if lower is not None and upper is not None and lower > upper:
         return f"has a lower limit of {lower:.6g} mm above its upper one of {upper:.6g} mm"
     absolute = own or (what in DISTANCES and word == "LIMIT")
-    return Tolerance(what, statement.label, statement.line, lower, upper, nominal, absolute)
+    return Tolerance(
+        what=what,
+        label=statement.label,
+        line=statement.line,
+        lower=lower,
+        upper=upper,
+        nominal=nominal,
+        absolute=absolute,
+    )
 
 
 def result_of(statement: Words, settings: Settings) -> Result | str | None:
@@ -148,7 +164,9 @@ def result_of(statement: Words, settings: Settings) -> Result | str | None:
         return f"has {len(texts)} numbers in place of one, as decimal commas would make: it was left out"
     values = tuple(value * mm for text in texts if (value := number_of(text, settings, statement.line)) is not None)
     step = mm * 10.0 ** -max(decimals_in(text) for text in texts)
-    return Result(what, statement.label, statement.line, values, verdict, step)
+    return Result(
+        what=what, label=statement.label, line=statement.line, values=values, verdict=verdict, decimals_mm=step
+    )
 
 
 def _without_words(fields: tuple[str, ...]) -> tuple[str, ...]:

@@ -136,13 +136,7 @@ class Source:
 
 
 def _add(
-    values: Values,
-    source: Source,
-    what: str,
-    name: str,
-    value: float,
-    nominal: float | None,
-    limits: Tolerance | None,
+    values: Values, source: Source, what: str, name: str, value: float, nominal: float | None, limits: Tolerance | None
 ) -> None:
     lower, upper = (None, None) if limits is None else limits.limits(nominal)
     repeated = key_of(source.feature), name
@@ -303,12 +297,7 @@ def _compare(
 
 
 def _judge(
-    values: Values,
-    result: Result,
-    value: float,
-    nominal: float | None,
-    limits: Tolerance | None,
-    step_mm: float = 0.0,
+    values: Values, result: Result, value: float, nominal: float | None, limits: Tolerance | None, step_mm: float = 0.0
 ) -> None:
     lower, upper = (None, None) if limits is None else limits.limits(nominal)
     if not result.verdict or (lower is None and upper is None):
@@ -332,7 +321,14 @@ def characteristics_of(run: Run) -> Iterator[Characteristic]:
             continue
         label = run.nominals[feature].label if feature in run.nominals else feature
         lower, upper = limits.limits(nominal)
-        yield Characteristic(limits.label, QUANTITIES.get(what) or STATED[what], label, nominal, lower, upper)
+        yield Characteristic(
+            name=limits.label,
+            quantity=QUANTITIES.get(what) or STATED[what],
+            feature=label,
+            nominal=nominal,
+            lower_limit=lower,
+            upper_limit=upper,
+        )
 
 
 def quantity_is_size(quantity: Quantity) -> bool:

@@ -86,8 +86,22 @@ def _size(fields: Fields, index: int, name: str, path: Path, stated: Stated) -> 
         None if fields.of(index, natural) == NATURAL else _limit(numbers[absolute], numbers[relative], nominal)
         for natural, absolute, relative in (("2120", "2110", "2112"), ("2121", "2111", "2113"))
     )
-    asked = None if nominal is None else Characteristic(name, quantity, "", nominal, lower, upper)
-    return Size(asked, name, quantity, factor, nominal, lower, upper)
+    asked = (
+        None
+        if nominal is None
+        else Characteristic(
+            name=name, quantity=quantity, feature="", nominal=nominal, lower_limit=lower, upper_limit=upper
+        )
+    )
+    return Size(
+        characteristic=asked,
+        name=name,
+        quantity=quantity,
+        factor=factor,
+        nominal=nominal,
+        lower_limit=lower,
+        upper_limit=upper,
+    )
 
 
 def _limit(absolute: float | None, relative: float | None, nominal: float | None) -> float | None:
@@ -163,13 +177,13 @@ def read_qdas(path: Path, stated: Stated) -> MeasuredFile:
         key, line = fields.again[0]
         remarks.append(Remark(f"{len(fields.again)} fields are stated twice, first {key}: the last counts", line))
     return MeasuredFile(
-        path,
-        "Q-DAS (AQDEF)",
-        texts[0][1],
-        _unit(fields, sizes, stated),
-        inspections,
-        tuple(size.characteristic for size in sizes.values() if size.characteristic is not None),
-        (*remarks, *filled_in(inspections)),
+        path=path,
+        format="Q-DAS (AQDEF)",
+        encoding=texts[0][1],
+        unit=_unit(fields, sizes, stated),
+        inspections=inspections,
+        characteristics=tuple(size.characteristic for size in sizes.values() if size.characteristic is not None),
+        remarks=(*remarks, *filled_in(inspections)),
     )
 
 
@@ -247,12 +261,12 @@ def _readings(sizes: list[Size], columns: list[Column], number: int, path: Path,
                 said.add(f"values with attribute {attribute} are not valid: left out", line)
             continue
         yield Reading(
-            size.name,
-            size.quantity,
-            size.factor * number_in(value, path, line),
-            size.nominal,
-            size.lower_limit,
-            size.upper_limit,
+            characteristic=size.name,
+            quantity=size.quantity,
+            actual=size.factor * number_in(value, path, line),
+            nominal=size.nominal,
+            lower_limit=size.lower_limit,
+            upper_limit=size.upper_limit,
             measured_at=_time(column.times[number]),
             line=line,
         )

@@ -78,10 +78,18 @@ class Item:
         """Returns the drawing's characteristic; None where a size has no nominal. That of a form or a zone is 0."""
         zone = self.quantity in {Quantity.FORM, Quantity.RUNOUT, Quantity.OTHER}
         nominal = 0.0 if self.nominal is None and zone else self.nominal
-        limits = self.lower_limit, self.upper_limit
         if nominal is None or self.numbers:
             return None
-        return Characteristic(self.name, self.quantity, feature, nominal, *limits, other, tolerance=self.tolerance)
+        return Characteristic(
+            name=self.name,
+            quantity=self.quantity,
+            feature=feature,
+            nominal=nominal,
+            lower_limit=self.lower_limit,
+            upper_limit=self.upper_limit,
+            other=other,
+            tolerance=self.tolerance,
+        )
 
 
 @dataclass
@@ -165,18 +173,18 @@ def _item(element: Element, parts: Parts, units: Units, remarks: Counter[str]) -
     name = name or element.words("CharacteristicDesignator", "Designator")
     axis = "" if nominal is None else nominal.words("Direction")
     return Item(
-        name or f"{kind_of(element)} {element.attributes.get('id', '')}",
-        quantity,
-        target,
-        lower,
-        upper,
-        tolerance,
-        AXES.get(axis, AXES.get(kept_in(element).get("axis", ""), "")),
-        tuple(one.text for ids in element.every("FeatureItemIds") for one in ids.parts),
-        tuple(one.text for ids in element.every("MeasurementDeviceIds") for one in ids.parts),
-        kept_in(element),
-        _numbers(element, name, definition),
-        definition is not None and definition.words("NonTolerance") == "SET",
+        name=name or f"{kind_of(element)} {element.attributes.get('id', '')}",
+        quantity=quantity,
+        nominal=target,
+        lower_limit=lower,
+        upper_limit=upper,
+        tolerance=tolerance,
+        axis=AXES.get(axis, AXES.get(kept_in(element).get("axis", ""), "")),
+        features=tuple(one.text for ids in element.every("FeatureItemIds") for one in ids.parts),
+        devices=tuple(one.text for ids in element.every("MeasurementDeviceIds") for one in ids.parts),
+        kept=kept_in(element),
+        numbers=_numbers(element, name, definition),
+        set_only=definition is not None and definition.words("NonTolerance") == "SET",
     )
 
 

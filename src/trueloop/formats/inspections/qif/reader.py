@@ -103,12 +103,12 @@ def _reading(result: Result, item: Item | None, one: ResultSet, document: Docume
     feature, other = item.features_in(plan, features)
     place = plan.places.get(features[0], ()) if len(features) == 1 else place_in(item.kept.get("place", ""))
     reading = Reading(
-        item.name,
-        item.quantity,
-        result.value,
-        item.nominal,
-        item.lower_limit,
-        item.upper_limit,
+        characteristic=item.name,
+        quantity=item.quantity,
+        actual=result.value,
+        nominal=item.nominal,
+        lower_limit=item.lower_limit,
+        upper_limit=item.upper_limit,
         feature=feature,
         other=other,
         axis=item.axis,
@@ -218,13 +218,13 @@ def read_qif(path: Path, stated: Stated) -> MeasuredFile:
     with path.open("rb") as file:
         encoding = encoding_of(file.read(1024))
     return MeasuredFile(
-        path,
-        f"QIF {read.version}".strip(),
-        encoding,
-        units.unit,
-        inspections,
-        _characteristics(plan),
-        (*remarks, *stated_verdicts(document.wrong_verdicts), *filled_in(inspections)),
+        path=path,
+        format=f"QIF {read.version}".strip(),
+        encoding=encoding,
+        unit=units.unit,
+        inspections=inspections,
+        characteristics=_characteristics(plan),
+        remarks=(*remarks, *stated_verdicts(document.wrong_verdicts), *filled_in(inspections)),
     )
 
 
@@ -234,7 +234,15 @@ def _document(read: _Read, plan: Plan) -> Document:
     lists = read.parts.lists
     serials = {key: one.words("SerialNumber") for key, one in lists.get("ActualComponentSet", {}).items()}
     devices = {key: _name(one) for key, one in lists.get("MeasurementDevices", {}).items()}
-    return Document(sha256, _part_types(read), plan, serials, devices, read.said, [])
+    return Document(
+        sha256=sha256,
+        part_types=_part_types(read),
+        plan=plan,
+        serials=serials,
+        devices=devices,
+        said=read.said,
+        wrong_verdicts=[],
+    )
 
 
 def _part_types(read: _Read) -> dict[str, PartType]:

@@ -91,16 +91,16 @@ def _result(element: Element, units: Units, said: Said) -> Result | None:
     factor = units.factor(value, KINDS[kind]) or 1.0
     item = element.first("CharacteristicItemId")
     return Result(
-        "" if item is None or "xId" in item.attributes else item.text,
-        number,
-        value.text if kind.startswith("UserDefined") else "",
-        None if uncertainty is None else factor * number_in(uncertainty, units.path, value.line),
-        VERDICTS.get(element.words("Status", "CharacteristicStatusEnum")),
-        iso_time(element.words("TimeStamp")),
-        element.words("ActualComponentId"),
-        _ids(element, "FeatureMeasurementIds", "FeatureActualIds"),
-        _ids(element, "MeasurementDeviceIds"),
-        element.line,
+        item="" if item is None or "xId" in item.attributes else item.text,
+        value=number,
+        text=value.text if kind.startswith("UserDefined") else "",
+        standard_u=None if uncertainty is None else factor * number_in(uncertainty, units.path, value.line),
+        passed=VERDICTS.get(element.words("Status", "CharacteristicStatusEnum")),
+        measured_at=iso_time(element.words("TimeStamp")),
+        component=element.words("ActualComponentId"),
+        features=_ids(element, "FeatureMeasurementIds", "FeatureActualIds"),
+        devices=_ids(element, "MeasurementDeviceIds"),
+        line=element.line,
     )
 
 

@@ -22,10 +22,7 @@ from trueloop.formats.inspections.shared.checks import within
 NAMESPACE: Final = "http://qifstandards.org/xsd/qif3"
 DOCUMENT: Final = uuid.UUID("3a6f4f0e-3c0b-5b0e-9a55-6f2d3c1e7b10")
 AXES: Final = {"x": "XAXIS", "y": "YAXIS", "z": "ZAXIS"}
-UNITS: Final = (
-    ("AngularUnit", "radian", "degree", "0.017453292519943"),
-    ("LinearUnit", "meter", "mm", "0.001"),
-)
+UNITS: Final = (("AngularUnit", "radian", "degree", "0.017453292519943"), ("LinearUnit", "meter", "mm", "0.001"))
 Asked: TypeAlias = tuple[object, ...]
 
 

@@ -30,7 +30,13 @@ def characteristics_of(readings: Sequence[Reading]) -> tuple[Characteristic, ...
         places.setdefault(key, set()).add(one.place_mm[-1] if one.place_mm else None)
         if one.nominal is not None and key not in found:
             found[key] = Characteristic(
-                one.characteristic, one.quantity, one.feature, one.nominal, one.lower_limit, one.upper_limit, one.other
+                name=one.characteristic,
+                quantity=one.quantity,
+                feature=one.feature,
+                nominal=one.nominal,
+                lower_limit=one.lower_limit,
+                upper_limit=one.upper_limit,
+                other=one.other,
             )
     diameters = [size.feature for size in found.values() if size.quantity is Quantity.DIAMETER]
     for each, size in found.items():
@@ -133,10 +139,7 @@ WORDS: Final = (
     (Quantity.ANGLE, re.compile("angle|winkel")),
     (Quantity.DIAMETER, re.compile(r"diam|durchmesser|\bdia\b|\bdurchm\b|[ø⌀∅φ]")),
     (Quantity.RADIUS, re.compile(r"radius")),
-    (
-        Quantity.LENGTH,
-        re.compile("length|laenge|distan|abstand|width|breite|height|hoehe|depth|tiefe|thickness|dicke"),
-    ),
+    (Quantity.LENGTH, re.compile("length|laenge|distan|abstand|width|breite|height|hoehe|depth|tiefe|thickness|dicke")),
 )
 """Words of quantities in order of precedence: the roundness of a diameter is a form."""
 SYMBOLS: Final = {

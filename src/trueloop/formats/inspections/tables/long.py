@@ -98,7 +98,7 @@ def long_of(grid: Grid, header: Header, mapping: TableMapping) -> Long:
         each = [_unit(name, header, unit_row) for name in columns.characteristics]
         texts |= {Role.UNIT: each * (len(long) // len(each))} if any(each) else {}
     units = {role: unit for role, unit in units.items() if role in LENGTHS or role is Role.TOLERANCE}
-    return Long(grid, long.lines, texts, long.columns, units, left_out)
+    return Long(grid=grid, lines=long.lines, texts=texts, columns=long.columns, units=units, left_out=left_out)
 
 
 def _unit(name: str, header: Header, unit_row: Row) -> str:

@@ -108,7 +108,14 @@ class Common:
         known = {text: moment(text, order, self.long.place(role, row)) for text, row in first.items()}
         return [known[text] for text in texts]
 
-    def inspection(self, key: tuple[str, str], rows: Sequence[int], sha256: str, values: Sequence[Reading | CmmPoint], at: datetime | None) -> Inspection:  # fmt: skip  # noqa: E501
+    def inspection(
+        self,
+        key: tuple[str, str],
+        rows: Sequence[int],
+        sha256: str,
+        values: Sequence[Reading | CmmPoint],
+        at: datetime | None,
+    ) -> Inspection:
         """Returns the inspection of one part."""
         return Inspection(
             part=Part(PartType(key[0]), key[1]),
@@ -260,9 +267,20 @@ def _readings(common: Common, sizes: Sizes) -> Iterator[Reading]:
     )
     for name, quantity, actual, nominal, lower, upper, feature, axis, place, repeat, at, temperature, line in columns:
         yield Reading(
-            name, quantity, actual, nominal, lower, upper, feature=feature, axis=axis, place_mm=place, repeat=repeat,
-            measured_at=at, temperature_c=temperature, line=line,
-        )  # fmt: skip
+            characteristic=name,
+            quantity=quantity,
+            actual=actual,
+            nominal=nominal,
+            lower_limit=lower,
+            upper_limit=upper,
+            feature=feature,
+            axis=axis,
+            place_mm=place,
+            repeat=repeat,
+            measured_at=at,
+            temperature_c=temperature,
+            line=line,
+        )
 
 
 def _or_none(values: Array) -> list[float | None]:

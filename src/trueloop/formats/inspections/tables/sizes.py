@@ -24,13 +24,7 @@ from trueloop.formats.inspections.shared.quantities import (
     quantity_of,
 )
 from trueloop.formats.inspections.tables.headings import ANGLE_DEG, BAD, GOOD, LENGTHS, Role, plain, unit_named
-from trueloop.formats.inspections.tables.long import (
-    Long,
-    Numbers,
-    factors_of,
-    numbers_of,
-    tolerances_of,
-)
+from trueloop.formats.inspections.tables.long import Long, Numbers, factors_of, numbers_of, tolerances_of
 from trueloop.formats.inspections.tables.mapping import HINT, map_command
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.units import MM_PER_INCH
@@ -104,7 +98,16 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
         text, line = long.texts[Role.TOLERANCE][unread[0]], long.lines[unread[0]]
         said.append(Remark(f"{len(unread)} tolerances are not read: {text!r} is neither ±T nor +T/-T", line))
     sizes = Sizes(
-        quantities, actual, nominal, limits.lower, limits.upper, stated, rounding, good, (sign, limits.sign), base
+        quantities=quantities,
+        actual=actual,
+        nominal=nominal,
+        lower_limit=limits.lower,
+        upper_limit=limits.upper,
+        deviation=stated,
+        rounding=rounding,
+        good=good,
+        conventions=(sign, limits.sign),
+        unit=base,
     )
     return replace(
         sizes, refusal=refusal, remarks=(*said, *limits.remarks, *(one for one in far if isinstance(one, Remark)))

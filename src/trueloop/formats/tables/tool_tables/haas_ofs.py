@@ -22,7 +22,9 @@ from trueloop.formats.tables.tool_tables.tool_table import (
 )
 
 WHY: Final = "the control closes the file with a checksum of its own: send the change as G10 instead"
-HAAS: Final = Convention("Haas .ofs", "diameter", "radius", (3, 4), None, WHY)
+HAAS: Final = Convention(
+    name="Haas .ofs", x_is="diameter", nose_is="radius", decimals=(3, 4), comment=None, read_only=WHY
+)
 TOOL: Final = re.compile(r"<TOOL(\d+)>([^<]*(?:<(?!/?TOOL\d)[^<]*)*)</TOOL\1>")
 """A tool with its elements; none goes beyond the next tool, so that a file that is cut off is read as fast."""
 ELEMENT: Final = re.compile(r"<(\w+)>\s*([-+]?[\d.]+)\s*</\1>")
@@ -61,4 +63,4 @@ def read(path: Path, text: str, unit: Unit | None) -> ToolTable:
 def _row(tool: int, line: int, text: str, found: dict[str, Number], kind: Kind) -> ToolRow:
     x, z = (next((found[name] for name in NAMES[kind, axis] if name in found), None) for axis in "XZ")
     own = {name: text[one.start : one.end] for name, one in found.items() if name.endswith("WEAR") == (kind == "wear")}
-    return ToolRow(tool, kind, line, 0, x, z, others=own)
+    return ToolRow(tool=tool, kind=kind, line=line, line_end=0, x=x, z=z, others=own)

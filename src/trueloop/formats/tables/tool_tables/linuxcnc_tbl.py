@@ -46,7 +46,7 @@ def read(path: Path, text: str, unit: Unit | None) -> ToolTable:
             remarks.append(f"line {line} is no tool, {words_of(data)[:40]!r}: left as it is")
             continue
         rows.append(_row(path, line, start, content, data, words_of(MARKED.sub("", f" {comment}"))))
-    return ToolTable(path, LINUXCNC, text, unit, tuple(rows), tuple(remarks))
+    return ToolTable(path=path, convention=LINUXCNC, text=text, unit=unit, rows=tuple(rows), remarks=tuple(remarks))
 
 
 def _row(path: Path, line: int, start: int, content: str, data: str, comment: str) -> ToolRow:

@@ -86,17 +86,17 @@ def _rows(text: str, key: tuple[int, int], found: Found, names: dict[int, str]) 
         others = {f"DP{n}": text[one.start : one.end] for n, (_, one) in found.items() if n in SHOWN[kind]}
         rows.append(
             ToolRow(
-                tool,
-                kind,
-                line,
-                0,
-                x if turning else None,
-                z if turning else None,
-                nose if turning else None,
-                int(found[2][1].value) if turning and 2 in found else None,
-                edge,
-                names.get(tool, ""),
-                others,
+                tool=tool,
+                kind=kind,
+                line=line,
+                line_end=0,
+                x=x if turning else None,
+                z=z if turning else None,
+                nose=nose if turning else None,
+                tip=int(found[2][1].value) if turning and 2 in found else None,
+                edge=edge,
+                name=names.get(tool, ""),
+                others=others,
             )
         )
     return rows

@@ -146,12 +146,7 @@ def _through(mean: Array, covariance: Array, held: Flags, conditions: EndConditi
 
 
 def _to_corners(
-    profile: Profile,
-    chain: Chain,
-    s: Array,
-    mean: Array,
-    free: Flags,
-    fits: Mapping[int, ChainFit],
+    profile: Profile, chain: Chain, s: Array, mean: Array, free: Flags, fits: Mapping[int, ChainFit]
 ) -> Array:
     """Returns the addition by which corners move no further than errors explain, falling off evenly to the other end,
     (n,).

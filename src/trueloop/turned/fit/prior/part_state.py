@@ -132,11 +132,7 @@ def _at(
 
 
 def in_frame(
-    profile: Profile,
-    vectors: ErrorVectors,
-    feature_index: NDArray[np.intp],
-    arc_length_mm: Array,
-    part: float = 0.0,
+    profile: Profile, vectors: ErrorVectors, feature_index: NDArray[np.intp], arc_length_mm: Array, part: float = 0.0
 ) -> tuple[Places, Array]:
     """Returns places and the functional of their errors that a part's frame shows at n places of its profile.
 

@@ -53,7 +53,11 @@ def _judged(collector: Collector, readings: Sequence[Reading], now_s: float) -> 
         source = collector.setup.source_of.get(signal.name, "lag")
         value, age_s = (reading.value, reading.age_s(now_s)) if _read(reading) else (None, None)
         fault = _fault(collector, signal, value, age_s)
-        found.append(Checked(signal.name, source, value, age_s, signal.low, signal.high, fault))
+        found.append(
+            Checked(
+                name=signal.name, source=source, value=value, age_s=age_s, low=signal.low, high=signal.high, fault=fault
+            )
+        )
     return found
 
 

@@ -129,7 +129,14 @@ def read_current(document: bytes) -> Current:
         raise OSError(f"the agent's answer is no whole XML: {error}") from error
     found = {seen.item: seen for seen in reader.all}
     created = reader.header.get("creationTime", "")
-    return Current(created, found, tuple(reader.all), reader.header, tuple(reader.errors), tuple(reader.items))
+    return Current(
+        created=created,
+        observations=found,
+        all=tuple(reader.all),
+        header=reader.header,
+        errors=tuple(reader.errors),
+        items=tuple(reader.items),
+    )
 
 
 class _Reader:
@@ -159,7 +166,16 @@ class _Reader:
         if item := given.get("dataItemId"):
             sequence = given.get("sequence", "")
             number = int(sequence) if sequence.isdecimal() else 0
-            self.all.append(Observation(text, given.get("timestamp", ""), item, given.get("name", ""), kind, number))
+            self.all.append(
+                Observation(
+                    text=text,
+                    stamp=given.get("timestamp", ""),
+                    item=item,
+                    name=given.get("name", ""),
+                    kind=kind,
+                    sequence=number,
+                )
+            )
         elif kind == "Error":
             self.errors.append((given.get("errorCode", ""), text))
         self._of = "", {}

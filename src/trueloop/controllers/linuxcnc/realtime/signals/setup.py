@@ -68,21 +68,21 @@ def setup_of(
     known = {**{s.name: s.unit for s in wanted if s.unit}, **units}
     said = {name: _unit(file, name, kinds[name], played, known.get(name)) for name in sensors}
     return Setup(
-        wanted,
-        sensors,
-        lags,
-        _rules(file, played.speed),
-        replace(clock, speed=played.speed),
-        _feeds(file, kinds, played),
-        {name: file.model.signals[name].source for name in sensors},
-        {name: _celsius for name in sensors if file.model.signals[name].unit == "degF"},
-        played.states,
-        _log(file, lags, {name: said[name] for name in sensors}),
-        tuple(name for name, kind in kinds.items() if kind == SPINDLE),
-        {name: file.model.signals[name].value or 0.0 for name, kind in kinds.items() if kind == CONSTANT},
-        1 / file.model.cycle_hz,
-        file.model.every_s,
-        file.model.stale_s,
+        wanted=wanted,
+        sensors=sensors,
+        lags=lags,
+        rules=_rules(file, played.speed),
+        clock=replace(clock, speed=played.speed),
+        feeds=_feeds(file, kinds, played),
+        source_of={name: file.model.signals[name].source for name in sensors},
+        scale={name: _celsius for name in sensors if file.model.signals[name].unit == "degF"},
+        states=played.states,
+        log=_log(file, lags, {name: said[name] for name in sensors}),
+        spindle=tuple(name for name, kind in kinds.items() if kind == SPINDLE),
+        constants={name: file.model.signals[name].value or 0.0 for name, kind in kinds.items() if kind == CONSTANT},
+        cycle_s=1 / file.model.cycle_hz,
+        every_s=file.model.every_s,
+        stale_s=file.model.stale_s,
     )
 
 

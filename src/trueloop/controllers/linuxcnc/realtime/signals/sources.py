@@ -180,7 +180,16 @@ def mqtt_feed(file: Located[SignalsFile], source: str, table: MqttTable, signals
     user, password = (_from_environment(file, source, key, getattr(table, key)) for key in ("user_env", "password_env"))
     port = table.port or (8883 if table.tls else 1883)
     authorities = str(folder / table.ca_file) if table.ca_file else ""
-    return Mqtt(table.host, port, topics, user, password, table.tls, authorities, table.skew_s)
+    return Mqtt(
+        host=table.host,
+        port=port,
+        topics=topics,
+        user=user,
+        password=password,
+        tls=table.tls,
+        ca_file=authorities,
+        skew_s=table.skew_s,
+    )
 
 
 def _from_environment(file: Located[SignalsFile], source: str, key: str, variable: str) -> str:
