@@ -14,7 +14,7 @@ use crate::shapes::arc::{self, Circle, Point};
 use crate::shapes::curve::{POLAR_ANGLE, POLAR_RADIUS};
 
 /// Offsets of the arc centre, in order of axis index.
-const CENTRES: [u8; 3] = *b"IJK";
+pub(crate) const CENTRES: [u8; 3] = *b"IJK";
 
 /// LinuxCNC makes a full turn of an arc that turns by less.
 const LINUXCNC_FULL_TURN_RAD: f64 = 1e-6;
@@ -140,7 +140,7 @@ impl Runner<'_> {
     }
 
     /// Whether the block names an axis of the plane.
-    fn moves_in_plane(&self, request: &Request) -> bool {
+    pub(crate) fn moves_in_plane(&self, request: &Request) -> bool {
         let (first, second, _) = self.state.modal.plane.axes();
         let increments = self.dialect_increments().unwrap_or_default();
         request.any(&[AXES[first], AXES[second], increments[first], increments[second]]) || request.any(&POLAR)
@@ -251,7 +251,7 @@ impl Runner<'_> {
 
     /// P: the number of turns begun, where the dialect has it. TURN: the number of full turns besides. Refuses what is no
     /// number of turns.
-    fn further_turns(&mut self, request: &Request) -> f64 {
+    pub(crate) fn further_turns(&mut self, request: &Request) -> f64 {
         let (letter, least) = if self.program.dialect().turns { (b'P', 1.0) } else { (b't', 0.0) };
         let Some(turns) = request.get(letter).filter(|turns| !turns.is_nan()) else { return 0.0 };
         let (whole, word) = (turns.round(), request.word(letter));

@@ -7,6 +7,7 @@ use crate::dialect::FlowStyle;
 use crate::finding;
 use crate::modes::modal::{Motion, Plane};
 use crate::modes::request::Request;
+use crate::motion::CENTRES;
 use crate::path::MoveKind;
 use crate::run::{Runner, AXES};
 use crate::shapes::arc::{self, Circle, Point};
@@ -16,6 +17,8 @@ pub(crate) const POLAR_RADIUS: u8 = b'p';
 pub(crate) const POLAR_ANGLE: u8 = b'q';
 const ARC_ANGLE: u8 = b'a';
 const THROUGH: [u8; 3] = *b"ijk";
+/// End and centre of an arc by its angle contradict each other beyond this: where a Sinumerik refuses an arc, mm.
+const CONTRADICTS_MM: f64 = 0.01;
 
 /// Where a pole is counted from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,9 +79,19 @@ impl Runner<'_> {
         (words[first], words[second]) = (word, word);
     }
 
-    /// The turn of an arc about the pole by an increment of its angle, which may be more than a full one.
-    pub(crate) fn polar_turn(&self, request: &Request, circle: Circle) -> Option<f64> {
+    /// The turn of an arc about the pole by an increment of its angle, which may be more than a full one. In Klartext it has
+    /// to go the way of DR; of others one against the arc's way says no more than where that ends.
+    pub(crate) fn polar_turn(&mut self, request: &Request, circle: Circle) -> Option<f64> {
         let turn = request.get(POLAR_ANGLE).filter(|_| request.reference(POLAR_ANGLE) == Some(true))?;
+        if turn * circle.sweep > 0.0 {
+            if self.program.dialect().about_pole {
+                let word = request.word(POLAR_ANGLE);
+                let message =
+                    format!("{} goes against the arc's DR: the control may go another way", self.word_text(word));
+                self.refuse(finding::ARC, self.word_start(word), message, "write IPA and DR with one sign");
+            }
+            return None;
+        }
         (turn != 0.0 && turn.abs() < 1e8).then(|| turn.abs().to_radians().copysign(circle.sweep))
     }
 
@@ -150,14 +163,14 @@ impl Runner<'_> {
         }
     }
 
-    /// The arc of `AR`: with an end its circle, or with a centre its end too.
+    /// The arc of `AR`: with an end in the plane its circle, or with a centre its end there too; full turns of TURN besides.
     pub(crate) fn arc_by_angle(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) -> bool {
         if self.program.dialect().line_angle.contains(&ARC_ANGLE) {
             return false;
         }
         let Some(angle) = request.get(ARC_ANGLE).map(f64::to_radians) else { return false };
         let clockwise = self.state.modal.motion == Motion::Clockwise;
-        let end = if self.names_axis(request) { end } else { self.turned(request, angle, clockwise) };
+        let end = self.end_of_angle(request, end, angle);
         let (from, to) = self.in_plane(end);
         let half = (to[0] - from[0]).hypot(to[1] - from[1]) / 2.0;
         if !(angle > 0.0 && angle < TAU && half > 0.0) {
@@ -168,19 +181,38 @@ impl Runner<'_> {
         let radius = half / (angle / 2.0).sin();
         let signed = if angle > TAU / 2.0 { -radius } else { radius };
         match arc::with_radius(from, to, signed, clockwise, 1e-9) {
-            Some(circle) => self.emit_arc(circle, circle.sweep, f64::NAN, end, words),
+            Some(circle) => {
+                let further = self.further_turns(request).copysign(circle.sweep);
+                self.emit_arc(circle, circle.sweep + further, f64::NAN, end, words);
+            }
             None => self.refuse_arc("an arc that cannot exist".into(), end, words),
         }
         true
     }
 
-    /// The end of an arc that has a centre and an angle.
-    fn turned(&self, request: &Request, angle: f64, clockwise: bool) -> [f64; 3] {
+    /// The end of an arc by its angle: that of its words, or by its centre. Refuses the two where they contradict each other.
+    fn end_of_angle(&mut self, request: &Request, end: [f64; 3], angle: f64) -> [f64; 3] {
+        let (first, second, _) = self.state.modal.plane.axes();
+        let turned = self.turned(request, end, angle);
+        if !self.moves_in_plane(request) {
+            return turned;
+        }
+        let off = (turned[first] - end[first]).hypot(turned[second] - end[second]);
+        if request.any(&[CENTRES[first], CENTRES[second]]) && off > CONTRADICTS_MM {
+            let message = format!("an arc by its angle whose centre would have it end {off:.5} mm beside its end");
+            self.refuse(finding::ARC, self.block_start(), message, "write AR beside the end or beside the centre");
+        }
+        end
+    }
+
+    /// The end of an arc that has a centre and an angle; along the plane's third axis as given.
+    fn turned(&self, request: &Request, end: [f64; 3], angle: f64) -> [f64; 3] {
+        let clockwise = self.state.modal.motion == Motion::Clockwise;
         let (first, second, _) = self.state.modal.plane.axes();
         let centre = [first, second].map(|axis| self.centre_coordinate(request, axis, self.state.position[axis]));
         let arm = [self.state.position[first] - centre[0], self.state.position[second] - centre[1]];
         let (sin, cos) = if clockwise { (-angle).sin_cos() } else { angle.sin_cos() };
-        let mut end = self.state.position;
+        let mut end = end;
         end[first] = centre[0] + cos * arm[0] - sin * arm[1];
         end[second] = centre[1] + sin * arm[0] + cos * arm[1];
         end
