@@ -10,7 +10,7 @@ from tests.support.machined_path import corrected
 from tests.support.machines import chain_with_travel
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine.mapped_program import map_program
-from trueloop.machine.correct import Setup, compensation_field
+from trueloop.machine.correct import Setup, compensation_field, references_mm
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.term import CONSTANT, Part, Term, segments
@@ -18,7 +18,7 @@ from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import read_program
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
-SETUP = Setup({1: (250.0, 0.0, -100.0)})
+SETUP = Setup({1: (250.0, 0.0, -100.0)}, reference_mm={"Y": -200.0})
 
 
 def _model(term: Term, *coefficients: float) -> MachineModel:
@@ -43,6 +43,62 @@ def test_backlash_is_put_in_where_the_axis_turns_round() -> None:
     assert after.splitlines() == ["G21 G1 X10. Y5. F100", "X20.", "Y4.99000", "Y1.99000", "X30."]
 
 
+@pytest.mark.parametrize(
+    ("start", "zero_mm", "reference_mm", "written"),
+    [
+        ("", -100.0, 200.0, "Y4.99000"),  # from +200 down to −95
+        ("", -100.0, -200.0, "Y5"),
+        ("", -100.0, -95.01, "Y5"),
+        ("", -100.0, -94.99, "Y4.99000"),
+        ("G0 Y-20.\nG91 G28 Y0\nG90\n", -100.0, 200.0, "Y4.99000"),  # Y −20 is forgotten at the reference point
+        ("G0 Y-20.\nG91 G28 Y0\nG90\n", -100.0, -200.0, "Y5"),
+        ("G53 G0 Y150.\n", 100.0, -200.0, "Y4.99000"),  # from 150 down to 105, wherever the reference point is
+        ("G53 G0 Y90.\n", 100.0, 200.0, "Y5"),
+        ("G91 G0 Y-3.\nG90 ", -100.0, -200.0, "Y5"),
+    ],
+)
+def test_the_way_to_a_first_place_is_from_the_reference_point(
+    start: str, zero_mm: float, reference_mm: float, written: str
+) -> None:
+    """Y goes 10 µm too far when it came down: the first place of the program is so far from where Y stood before."""
+    setup = Setup({1: (250.0, zero_mm, -100.0)}, reference_mm={"Y": reference_mm})
+    after = corrected(f"G21 G90 G54\n{start}G0 X10. Y5 Z5.\nG1 Z-1. F100\nX20.\n", BACKLASH, setup)
+    assert after.splitlines()[-3:] == [
+        *(f"{'G90 ' * start.endswith(' ')}G0 X10. {written} Z5.",),
+        "G1 Z-1. F100",
+        "X20.",
+    ]
+
+
+@pytest.mark.parametrize("start", ["", "G0 Y-20.\nG28 Y-20.\n", "G0 Y-20.\nG30 Y-20.\n"])
+def test_a_cut_at_a_place_to_which_an_axis_may_have_come_from_either_side_is_refused(start: str) -> None:
+    """Travel −200 … 200 mm: zero is no end of it. G30 leads elsewhere, though the reference point is stated."""
+    setup = replace(SETUP, reference_mm={"Y": 200.0} if "G30" in start else {})
+    program = f"G21 G90 G54\n{start}G0 X10. Y5. Z5.\nG1 Z-1. F100\nX20.\n"
+    with pytest.raises(TrueloopError, match=r"Y comes to this cut .* 10\.0 µm of backlash") as refused:
+        corrected(program, BACKLASH, setup)
+    assert refused.value.code is Code.MCH_FRAME and refused.value.place.line == 3 + start.count("\n")
+    passed = program.replace("G0 X10. Y5. Z5.", "G0 X10. Y9. Z5.\nY5.")  # as the hint tells
+    assert corrected(passed, BACKLASH, setup).splitlines()[-3:] == ["Y4.99000", "G1 Z-1. F100", "X20."]
+    little = _model(Term(error_name("EYY"), (Part(CONSTANT),), both_ways=True), 0.0, 0.4e-3)
+    assert "X20." in corrected(program, little, setup)
+
+
+def test_an_axis_comes_from_the_end_of_travel_where_its_zero_is() -> None:
+    """X travels 0 … 500 mm: from zero it comes up, whatever the program calls its place."""
+    model = _model(Term(error_name("EXX"), (Part(CONSTANT),), both_ways=True), 0.01, 0.0)
+    text = "G21 G90 G54\nG0 X-5. Y0. Z5.\nG1 Z-1. F100\n"
+    assert corrected(text, model, SETUP).splitlines()[1] == "G0 X-5.01000 Y0. Z5."
+    away = replace(SETUP, reference_mm={"X": 500.0})
+    assert corrected(text, model, away) == text
+    with pytest.raises(TrueloopError, match="a reference point is stated of") as refused:
+        turned = MachineModel(
+            Machine("five", chain_with_travel("five-axis-table-table-ac")), (), np.zeros(0), np.zeros((0, 0))
+        )
+        references_mm(turned, replace(SETUP, reference_mm={"C": 0.0}))
+    assert refused.value.code is Code.MCH_AXIS
+
+
 def test_an_arc_is_cut_where_an_axis_turns_round() -> None:
     after = corrected("G21 G1 X20. Y-9. F100\nY0.\nG3 X-20. Y0. I-20. J0.\n", BACKLASH, SETUP)
     to_top, backlash, down = after.splitlines()[-3:]
@@ -64,7 +120,7 @@ def test_an_arc_of_more_than_half_a_turn_by_its_radius_is_cut_into_ones_of_less(
 def test_backlash_before_an_arc_is_taken_up_in_a_block_before_it() -> None:
     """Y comes up to 0 and goes down in the arc, which inherits its G2."""
     source = "G21 G1 X0. Y-5. F100\nY0.\nG2 X10. Y-10. I0. J-10.\nX0. Y-20. I-10. J0. F50\nG1 Y-25.\n"
-    assert corrected(source, BACKLASH, SETUP).splitlines()[3:] == [
+    assert corrected(source, BACKLASH, SETUP).splitlines()[2:] == [
         "G01 X0.00000 Y-0.01000",
         "G2 X10. Y-10.01000 I0. J-10.",
         "X0. Y-20.01000 I-10. J0. F50",

@@ -12,6 +12,11 @@ pub(crate) fn sum(point: &Vector, by: &Vector) -> Vector {
     [point[0] + by[0], point[1] + by[1], point[2] + by[2]]
 }
 
+/// A way of travel from where an axis stands at the start and after a return to its reference point.
+pub const FROM_REFERENCE: i8 = 2;
+/// A way of travel from a place that the control alone knows, as that of G30.
+pub const FROM_ELSEWHERE: i8 = 3;
+
 /// Why a field has no displacement.
 #[derive(Debug)]
 pub enum Trouble {
@@ -34,8 +39,11 @@ pub struct Place {
     pub named: Vector,
     /// What the tool's offset in force adds to that, mm; NaN where it is not known.
     pub tool_offset: Vector,
-    /// The way each axis goes there, or went last: +1, −1; 0 before its first move.
+    /// The way each axis goes there, or went last: +1, −1; [`FROM_REFERENCE`], [`FROM_ELSEWHERE`] where it came from there;
+    /// 0 before its first move.
     pub travel: [i8; 3],
+    /// It lies in a cut.
+    pub cuts: bool,
     /// Where A, B, C stand, degrees: NaN where the program has not stated it yet, infinite where it is not known.
     pub rotary: Vector,
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nc_program::{Arc, Plane, ToolPath};
+use nc_program::{Arc, MoveKind, Plane, ToolPath};
 
 use crate::field::{Place, Vector};
 
@@ -16,29 +16,44 @@ pub(crate) struct Geometry<'a> {
     arc_of: Vec<u32>,
     /// The way each axis went last before the end of each move; empty for a field to which it is all one.
     travel: Vec<[i8; 3]>,
+    /// Where an axis comes from whose way the path does not tell.
+    from: Vec<[i8; 3]>,
     /// How far an arc may leave its plane, mm, in metric and inch programs, where the control has no helices by their ends.
     flat_mm: Option<[f64; 2]>,
 }
 
 impl<'a> Geometry<'a> {
-    /// `travel` is that before the first move, and is taken on to the last's where the field asks for it.
-    pub fn new(path: &'a ToolPath, travel: &mut [i8; 3], knows_travel: bool, flat_mm: Option<[f64; 2]>) -> Self {
+    /// `travel` is that before the first move, and is taken on to the last's where `from` has it for each move: where an
+    /// axis comes from whose way does not follow from the path ([`FROM_REFERENCE`], …), else 0.
+    pub fn new(path: &'a ToolPath, travel: &mut [i8; 3], from: Option<&[[i8; 3]]>, flat_mm: Option<[f64; 2]>) -> Self {
         let mut arc_of = vec![u32::MAX; path.len()];
         for (index, arc) in path.arcs.iter().enumerate() {
             if let Some(slot) = arc_of.get_mut(arc.of_move) {
                 *slot = index as u32;
             }
         }
-        let mut geometry = Self { path, arc_of, travel: Vec::new(), flat_mm };
-        if knows_travel {
-            geometry.travel = (0..path.len()).map(|index| geometry.goes_on(index, travel)).collect();
+        let mut geometry = Self { path, arc_of, travel: Vec::new(), from: Vec::new(), flat_mm };
+        if let Some(from) = from {
+            geometry.from = from.to_vec();
+            geometry.travel = (0..path.len())
+                .map(|index| {
+                    *travel = geometry.travels(index, *travel, 1.0 - 1e-6);
+                    *travel
+                })
+                .collect();
         }
         geometry
     }
 
-    fn goes_on(&self, of_move: usize, travel: &mut [i8; 3]) -> [i8; 3] {
-        *travel = turned(*travel, self.way(of_move, 1.0 - 1e-6));
-        *travel
+    /// The way of travel at a share of the move, from that before: an axis that stands keeps the way it came.
+    fn travels(&self, of_move: usize, before: [i8; 3], share: f64) -> [i8; 3] {
+        let (way, from) = (self.way(of_move, share), self.from.get(of_move).copied().unwrap_or_default());
+        [0, 1, 2].map(|axis| match way[axis] {
+            _ if from[axis] != 0 => from[axis],
+            along if along > STANDS_MM => 1,
+            along if along < -STANDS_MM => -1,
+            _ => before[axis],
+        })
     }
 
     pub fn arc(&self, of_move: usize) -> Option<&'a Arc> {
@@ -85,7 +100,7 @@ impl<'a> Geometry<'a> {
     pub fn place(&self, of_move: usize, middle: f64) -> Place {
         let index = self.path.state[of_move] as usize;
         let (state, origin) = (&self.path.states[index], &self.path.origins[index]);
-        let travel = self.travel.get(of_move).map(|travel| turned(*travel, self.way(of_move, middle)));
+        let travel = self.travel.get(of_move).map(|travel| self.travels(of_move, *travel, middle));
         Place {
             work_offset: state.work_offset,
             tool: state.tool_in_use(),
@@ -93,6 +108,7 @@ impl<'a> Geometry<'a> {
             named: [0, 1, 2].map(|axis| origin.register[axis] - origin.shift[axis]),
             tool_offset: origin.tool.unwrap_or([f64::NAN; 3]),
             travel: travel.unwrap_or_default(),
+            cuts: !matches!(self.path.kind[of_move], MoveKind::Rapid | MoveKind::Probe),
             rotary: [0, 1, 2].map(|axis| origin.rotary[axis].unwrap_or(f64::NAN)),
         }
     }
@@ -120,13 +136,4 @@ impl<'a> Geometry<'a> {
         found.sort_by(f64::total_cmp);
         found
     }
-}
-
-/// The way of travel after going that way: an axis that stands keeps the way it came.
-fn turned(travel: [i8; 3], way: Vector) -> [i8; 3] {
-    [0, 1, 2].map(|axis| match way[axis] {
-        along if along > STANDS_MM => 1,
-        along if along < -STANDS_MM => -1,
-        _ => travel[axis],
-    })
 }

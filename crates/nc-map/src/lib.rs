@@ -120,6 +120,8 @@ struct Writing {
     begun_at: Option<(u32, Standing)>,
     /// The way each axis went last.
     travel: [i8; 3],
+    /// Where each axis stood before its first position, or went since: at its reference point, or elsewhere.
+    left: [i8; 3],
     register: Register,
     summary: Summary,
     refusals: Refusals,
@@ -142,6 +144,7 @@ impl Mapper {
             renamed: [0; 3],
             begun_at: None,
             travel: [0; 3],
+            left: [field::FROM_REFERENCE; 3],
             register: Register::default(),
             summary: Summary::default(),
             refusals: Refusals::default(),

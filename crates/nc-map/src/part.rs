@@ -6,14 +6,14 @@ use nc_program::dialect::{FlowStyle, Letters};
 use nc_program::{Drilled, MoveKind, Program, ToolPath};
 
 use crate::edits::{BlockNumbers, Edits};
-use crate::field::{Field, Trouble, Vector};
+use crate::field::{Field, Trouble, Vector, FROM_ELSEWHERE, FROM_REFERENCE};
 use crate::geometry::Geometry;
 use crate::milled::shared;
 use crate::pieces::{pieces, Fault, Piece};
 use crate::reader::Part;
 use crate::refusal::{self, Refused};
 use crate::register::{require_on_position, require_returned, ways, Ways};
-use crate::role::{names_axis, Role};
+use crate::role::{goes_to_reference, names_axis, Role};
 use crate::standing::{self, leaves, Saying, Standing};
 use crate::text::Step;
 use crate::writer::contour::turns_back;
@@ -42,6 +42,8 @@ enum Fate {
 pub(crate) struct Course {
     fate: Fate,
     pub standing: [Standing; 3],
+    /// Where an axis comes from whose way the path does not tell, else 0.
+    from: [i8; 3],
 }
 
 impl Course {
@@ -75,11 +77,12 @@ impl Writing {
         let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma, self.decimals));
         let flat_mm = program.dialect().about_pole.then(|| [steps[0].unit / 2.0, 25.4 * steps[1].unit / 2.0]);
         let in_work = turned.as_ref().unwrap_or(path);
-        let placed = Geometry::new(in_work, &mut self.travel, field.knows_travel(), flat_mm);
+        let from: Vec<_> = courses.iter().map(|course| course.from).collect();
+        let placed = Geometry::new(in_work, &mut self.travel, field.knows_travel().then_some(&from), flat_mm);
         let mut found = self.pieces(program, &placed, &displaced, field, &courses)?;
         self.check_limits(program, path, &found)?;
         let shared = shared(path, &placed, field);
-        let programmed = turned.is_some().then(|| Geometry::new(path, &mut self.travel, false, flat_mm));
+        let programmed = turned.is_some().then(|| Geometry::new(path, &mut self.travel, None, flat_mm));
         if programmed.is_some() {
             found.iter_mut().for_each(|piece| piece.take_back(path));
         }
@@ -188,7 +191,8 @@ impl Writing {
                     fate = Fate::Refused;
                 }
             }
-            courses.push(Course { fate, standing: before });
+            let from = self.comes_from(part, index, before);
+            courses.push(Course { fate, standing: before, from });
             if let Some(hole) = holes.next_if(|hole| hole.end <= index + 1).filter(|hole| !hole.ends_at_plane) {
                 // back to where the series began, which no position of the program states
                 if let Some((_, height)) =
@@ -199,6 +203,30 @@ impl Writing {
             }
         }
         Ok(courses)
+    }
+
+    /// Where the axes come from whose way the path does not tell: it takes them for 0 at the start, and every reference point
+    /// for the machine's zero. Turned coordinates mix them.
+    fn comes_from(&mut self, part: &Part, index: usize, before: [Standing; 3]) -> [i8; 3] {
+        let Part { program, path, roles, .. } = part;
+        let (block, saying) = (path.block[index] as usize, Saying::of(path, index));
+        if let Some(role) = roles.get(&block).filter(|role| role.is_to_machine()) {
+            let from = match role {
+                Role::Machine => 0,
+                _ if goes_to_reference(program, block) => FROM_REFERENCE,
+                _ => FROM_ELSEWHERE,
+            };
+            (0..3).filter(|axis| leaves(program, &saying, Some(role), *axis)).for_each(|axis| self.left[axis] = from);
+            return [0; 3];
+        }
+        let from = [0, 1, 2].map(|axis| match before[axis] {
+            Standing::Unsaid | Standing::Machine if standing::is_position(program, &saying, axis) => self.left[axis],
+            _ => 0,
+        });
+        match path.origins[path.state[index] as usize].linear {
+            Some(_) => [from.into_iter().max().unwrap_or(0); 3],
+            None => from,
+        }
     }
 
     fn write(

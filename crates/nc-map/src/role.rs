@@ -79,6 +79,16 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
     roles
 }
 
+/// Whether a block returns to the reference point or the end of travel, not to another place that the control stores.
+pub(crate) fn goes_to_reference(program: &Program, block: usize) -> bool {
+    let returns = |word: &Word| match program.code(word) {
+        Some(G::Home(0) | G::HomeNamed(0) | G::Retract | G::Swivel) => true,
+        Some(G::FixedPoint) => word.value == 74.0,
+        _ => false,
+    };
+    program.words_of(block).iter().any(returns)
+}
+
 /// Whether a block names an axis.
 pub(crate) fn names_axis(program: &Program, block: usize) -> bool {
     let coordinate = |word: &Word| COORDINATES.has(word.letter) && word.kind != WordKind::Assignment;

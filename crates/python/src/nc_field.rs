@@ -8,7 +8,8 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// A function of Python: positions (n, 3) to displacements (n, 3), mm. One that is told more gets, beside them, work
-/// offsets and tools (n,), the way of travel, what the tool offset in force adds, and where A, B, C stand (n, 3).
+/// offsets and tools (n,), the way of travel, what the tool offset in force adds, where A, B, C stand (n, 3), and which lie
+/// in a cut (n,).
 struct Function {
     function: Py<PyAny>,
     told: Told,
@@ -76,9 +77,11 @@ impl Field for Function {
                 };
                 let rotary: Vec<_> = places.iter().flat_map(stated).collect();
                 let rotary = rotary.into_pyarray(py).reshape([places.len(), 3])?;
+                let cuts: Vec<_> = places.iter().map(|p| p.cuts).collect();
+                let cuts = cuts.into_pyarray(py);
                 let (work, tool) = (work.into_pyarray(py), tool.into_pyarray(py));
                 self.function
-                    .call1(py, (rows, work, tool, travel, offset, rotary))?
+                    .call1(py, (rows, work, tool, travel, offset, rotary, cuts))?
             };
             let answer: PyReadonlyArray2<f64> = answer.extract(py).map_err(|_| {
                 PyTypeError::new_err(
@@ -217,6 +220,7 @@ const NOWHERE: Place = Place {
     named: [0.0; 3],
     tool_offset: [0.0; 3],
     travel: [0; 3],
+    cuts: false,
     rotary: [f64::NAN; 3],
 };
 

@@ -158,6 +158,14 @@ class InMachine:
     at: Annotated[
         list[str] | None, option("Where a rotary axis stands until the program positions it, degrees.", metavar="A=V")
     ] = None
+    reference: Annotated[
+        list[str] | None,
+        option(
+            "Machine coordinate of an axis with backlash at the start and after G28, mm.  [default: 0 where that is an "
+            "end of its travel]",
+            metavar="A=V",
+        ),
+    ] = None
     temperatures: Temperatures = None
     zeroed_s: Annotated[
         float | None,
@@ -186,6 +194,7 @@ class InMachine:
             fixed={axis: math.radians(angle) for axis, angle in parameters_of(self.at, "--at").items()},
             table=tables.tools if self.offsets_file else None,
             zero_signals=None if self.zeroed_s is None else signals_of(known, self.temperatures, self.zeroed_s),
+            reference_mm=parameters_of(self.reference, "--reference"),
         )
 
 
@@ -218,6 +227,7 @@ def compensate(
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
     from trueloop.jobs.machine.mapped_program import ModelFile, compensate_program
+    from trueloop.machine.correct import references_mm
     from trueloop.machine.model.validity import require_serial
 
     known = read_model(model)
@@ -240,6 +250,10 @@ def compensate(
         print_json(asdict(done))
         return
     print_mapped(file, out / file.name, done)
+    for axis, at_mm in references_mm(known, setup).items():
+        typer.echo(
+            f"{axis} stands at {at_mm:g} mm of the machine at the start and after G28: its backlash counts from there"
+        )
 
 
 def decompose(

@@ -9,16 +9,16 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array, Integers
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Vector
 from trueloop.machine.model.compiled import CompiledModel, compile_model
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals
-from trueloop.machine.model.validity import check_signals, check_state, check_travel
+from trueloop.machine.model.validity import ROUNDING_MM, check_signals, check_state, check_travel
 from trueloop.machine.standards import PlanarField
 from trueloop.nc.edit.edit import Edit, displace_word, insert_word
-from trueloop.nc.field.field import DisplaceInMachine, Field, looked_up, machine_field, require_offsets
+from trueloop.nc.field.field import FROM_REFERENCE, DisplaceInMachine, Field, looked_up, machine_field, require_offsets
 from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import Block, Program, Word
@@ -70,8 +70,8 @@ def axis_table(
     travel and for others beyond theirs, MCH-RANGE for signals beyond the data that `extrapolate` does not name.
     """
     chain = model.machine.chain
-    low, high = _linear(chain.axis(input_axis), "runs over").travel
-    _linear(chain.axis(output), "corrects")
+    low, high = _linear(chain.axis(input_axis), "the table runs over").travel
+    _linear(chain.axis(output), "the table corrects")
     for name, position in base.items():
         check_travel(chain.axis(name), np.array([position]))
     check_signals(model, signals or {}, extrapolate)
@@ -112,12 +112,9 @@ def axis_table(
     return replace(table, deviation_mm=here, elsewhere_mm=max([here, *map(off, _corners(model, input_axis))]))
 
 
-def _linear(axis: Axis, does: str) -> Axis:
+def _linear(axis: Axis, does: str, hint: str = "tables hold millimetres as a function of millimetres") -> Axis:
     if axis.kind is not AxisKind.LINEAR:
-        raise Code.MCH_AXIS.refusal(
-            f"the table {does} {axis.name}, which turns: 1 of X, Y, Z is wanted",
-            hint="tables hold millimetres as a function of millimetres",
-        )
+        raise Code.MCH_AXIS.refusal(f"{does} {axis.name}, which turns: 1 of X, Y, Z is wanted", hint=hint)
     return axis
 
 
@@ -426,7 +423,8 @@ class Setup:
     `fixed`: where rotary axes stand, rad, until the program itself positions them. `table`: the
     control's tool table, where it is given: a tool that is not in `tool_mm` has its point at minus the offset that the
     program brings into force, because machine = program + work zero + offset. `zero_signals` are those of the moment
-    when the work zero was set, where what had drifted by then lies in it.
+    when the work zero was set, where what had drifted by then lies in it. `reference_mm`: where axes stand in the
+    machine at the start and after a return to the reference point (G28), by their names.
 
     >>> setup = trueloop.Setup({1: (250.0, 0.0, -150.0)}, signals={"T1": 25.0})
     >>> setup.tool_mm[-1]  # every tool: its point is at the frame of the last axis
@@ -439,6 +437,29 @@ class Setup:
     fixed: Mapping[str, float] = field(default_factory=dict)
     table: Sequence[CutterTool] | None = None
     zero_signals: Signals | None = None
+    reference_mm: Mapping[str, float] = field(default_factory=dict)
+
+
+def references_mm(model: MachineModel, setup: Setup) -> dict[str, float]:
+    """Returns where each linear axis with backlash stands at the start and after G28, by its name, machine coordinates.
+
+    That is what the set-up states, else the machine's zero where it is an end of travel: from there the axis can come
+    one way only. An axis whose travel lies on both sides of it has none.
+    """
+    for name in setup.reference_mm:
+        _linear(
+            model.machine.chain.axis(name), "a reference point is stated of", "state that of X, Y, Z: --reference Y=0"
+        )
+    both, known = {term.name.axis for term in model.terms if term.both_ways}, dict[str, float]()
+    for axis in model.machine.chain.axes:
+        if axis.name not in both or axis.name not in AXES:
+            continue
+        low, high = axis.travel
+        if axis.name in setup.reference_mm:
+            known[axis.name] = setup.reference_mm[axis.name]
+        elif low >= -ROUNDING_MM or high <= ROUNDING_MM:
+            known[axis.name] = 0.0
+    return known
 
 
 def compensation_field(
@@ -496,29 +517,71 @@ def _displacement(model: MachineModel, setup: Setup, extrapolate: Collection[str
     there = np.array([name in model.machine.chain.order for name in AXES])
 
     rotary = [name for name in model.machine.chain.order if name in ROTARY]
+    references = references_mm(model, setup)
 
     @cache
     def compiled(tool_mm: Vector, angles: tuple[float, ...]) -> CompiledModel:
         return compile_model(model, setup.signals, tool_mm, dict(zip(rotary, angles, strict=True)))
 
     def displace(
-        points_mm: Array, work: Integers, tool: Integers, travel: Array, offset_mm: Array, rotary_deg: Array
+        points_mm: Array,
+        work: Integers,
+        tool: Integers,
+        travel: Array,
+        offset_mm: Array,
+        rotary_deg: Array,
+        cuts: Flags,
     ) -> Array:
         tool_mm = _tool_points_mm(setup, tool, offset_mm)
         axes = points_mm + looked_up(work, setup.work_zero_mm, "work offset", HINT) - tool_mm
         stands = {name: _stands_rad(name, setup, rotary_deg[:, ROTARY_AXES.index(name)]) for name in rotary}
         _check_head_upright(model, stands)
-        check_state(model, _state(model, setup, axes, stands, travel, tool_mm), extrapolate)
-        compensation = np.empty_like(points_mm)
+        ways = _ways_of_travel(travel, axes, references)
+        check_state(model, _state(model, setup, axes, stands, ways, tool_mm), extrapolate)
         places = np.column_stack([tool_mm, *stands.values()])
-        for place in np.unique(places, axis=0):
-            own = (places == place).all(axis=1)
-            x, y, z, *angles = place.tolist()
-            error_mm = compiled((x, y, z), tuple(angles)).bed_error_mm(axes[own], travel[own])
-            compensation[own] = np.where(there, -error_mm, 0.0)
-        return compensation
+
+        def along(ways: Array, of: Flags) -> Array:
+            compensation = np.zeros_like(axes)
+            for place in np.unique(places[of], axis=0):
+                own = of & (places == place).all(axis=1)
+                x, y, z, *angles = place.tolist()
+                error_mm = compiled((x, y, z), tuple(angles)).bed_error_mm(axes[own], ways[own])
+                compensation[own] = np.where(there, -error_mm, 0.0)
+            return compensation
+
+        for k in np.flatnonzero((cuts[:, None] & (travel >= FROM_REFERENCE) & (ways == 0.0)).any(axis=0)):
+            unknown = cuts & (travel[:, k] >= FROM_REFERENCE) & (ways[:, k] == 0.0)
+            forth, back = (np.where(np.arange(3) == k, way, ways) for way in (1.0, -1.0))
+            _require_way(AXES[k], np.abs(along(forth, unknown) - along(back, unknown)).max())
+        return along(ways, np.ones(len(axes), dtype=bool))
 
     return displace
+
+
+UNKNOWN_WAY_MM: Final = 0.5e-3
+"""A cut may have so much backlash, mm, of which the direction is not known: half of it, the error, is below 0.3 µm."""
+
+
+def _ways_of_travel(travel: Array, axes_mm: Array, references_mm: Mapping[str, float]) -> Array:
+    """Returns the way of travel (n, 3), +1, −1 or 0: from the reference point where the axis comes from there."""
+    ways = np.where(np.abs(travel) > 1.0, 0.0, travel)
+    for name, reference in references_mm.items():
+        k = AXES.index(name)
+        comes = travel[:, k] == FROM_REFERENCE
+        ways[comes, k] = np.sign(np.round(axes_mm[comes, k] - reference, 6))
+    return ways
+
+
+def _require_way(axis: str, backlash_mm: float) -> None:
+    """Refuses a cut (MCH-FRAME) at a place to which an axis may have come from either side, with its backlash there."""
+    if backlash_mm > UNKNOWN_WAY_MM:
+        raise Code.MCH_FRAME.refusal(
+            f"{axis} comes to this cut from a place that is not known: its direction of travel decides "
+            f"{UM_PER_MM * backlash_mm:.1f} µm of backlash",
+            hint=f"go to another position of {axis} first, then to this one; or, where it comes from the start or from "
+            f"G28, state the machine coordinate of that place: --reference {axis}=MM",
+            values={"axis": axis, "backlash": backlash_mm, "unit": "mm"},
+        )
 
 
 def _tool_points_mm(setup: Setup, tool: Integers, offset_mm: Array) -> Array:

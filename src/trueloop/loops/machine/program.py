@@ -26,7 +26,15 @@ from trueloop.domain.record import (
 from trueloop.domain.tool import Machine
 from trueloop.errors import Code, in_file
 from trueloop.loops.machine.mapped_program import Mapped
-from trueloop.machine.correct import IN_NO_CASE, NO_POSITIONS, Setup, compensation_field, displace_points, off_mm
+from trueloop.machine.correct import (
+    IN_NO_CASE,
+    NO_POSITIONS,
+    Setup,
+    compensation_field,
+    displace_points,
+    off_mm,
+    references_mm,
+)
 from trueloop.machine.drift import zeroed_at
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import means
@@ -51,7 +59,7 @@ def field_of_model(model: MachineModel, sha256: str, setup: Setup, extrapolate: 
     """
     require_in_force(model, sha256)
     known = model if setup.zero_signals is None else zeroed_at(model, setup.zero_signals)
-    return compensation_field(known, setup, _provenance(setup, sha256), extrapolate)
+    return compensation_field(known, setup, _provenance(model, setup, sha256), extrapolate)
 
 
 def record_of(
@@ -65,7 +73,7 @@ def record_of(
     now: datetime,
 ) -> Record:
     """Returns the record of a program of that name corrected by the field of `field_of_model`; it names nobody yet."""
-    given = {**vars(options), **_provenance(setup, sha256), "unit": done.unit, "parameters": dict(parameters)}
+    given = {**vars(options), **_provenance(model, setup, sha256), "unit": done.unit, "parameters": dict(parameters)}
     known = {"machine": model.machine.name, "serial": model.machine.serial, "terms": len(model.terms)}
     made = _record(name, done, {"model": sha256}, given, known, now)
     return replace(made, machine=Machine(model.machine.name, model.machine.serial))
@@ -110,13 +118,14 @@ def _record(
     )
 
 
-def _provenance(setup: Setup, model_sha256: str) -> dict[str, object]:
+def _provenance(model: MachineModel, setup: Setup, model_sha256: str) -> dict[str, object]:
     return {
         "model": model_sha256,
         "temperatures": means(setup.signals),
         "work_zero_mm": {str(number): list(zero) for number, zero in setup.work_zero_mm.items()},
         "rotary_axes_rad": dict(setup.fixed),
         "tool_mm": {str(number): list(tool) for number, tool in setup.tool_mm.items()},
+        **({"reference_mm": references} if (references := references_mm(model, setup)) else {}),
         **({} if setup.zero_signals is None else {"temperatures_at_zero": means(setup.zero_signals)}),
         **({} if setup.table is None else {"tools": [list(row) for row in tool_rows(setup.table)]}),
     }

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from trueloop._core import NcField
-from trueloop.arrays import Array, Integers
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code
 from trueloop.nc.program.called import CutterTool, tool_rows
 
@@ -17,11 +17,16 @@ Displace = Callable[[Array], Array]
 """Positions (n, 3) to displacements (n, 3), both X (a radius on a lathe), Y, Z in mm."""
 
 
-DisplaceInMachine = Callable[[Array, Integers, Integers, Array, Array, Array], Array]
+DisplaceInMachine = Callable[[Array, Integers, Integers, Array, Array, Array, Flags], Array]
 """`Displace` of a machine: it gets, beside positions, the work offset and tool in force (n,), which way each axis goes
-there or went last, (n, 3): +1, −1, or 0 before its first move, what the tool's offset adds, (n, 3) mm: NaN where
-that is not known, and where A, B and C stand, (n, 3) degrees: NaN where the program has not stated it, infinite where
-it went to a place that is not known."""
+there or went last, (n, 3): +1, −1, `FROM_REFERENCE`, `FROM_ELSEWHERE`, or 0 before its first move, what the tool's
+offset adds, (n, 3) mm: NaN where that is not known, where A, B and C stand, (n, 3) degrees: NaN where the program has
+not stated it, infinite where it went to a place that is not known, and which positions lie in a cut (n,)."""
+
+FROM_REFERENCE: Final = 2
+"""A way of travel from where the axis stands at the start and after a return to its reference point."""
+FROM_ELSEWHERE: Final = 3
+"""A way of travel from a place that the control alone knows, as that of G30."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +154,7 @@ def field_in_machine(
     machine's. Its evaluation raises MCH-FRAME where a work offset or the tool's is not known.
     """
 
-    def displace(points_mm: Array, work: Integers, tool: Integers, _: Array, offset_mm: Array, *__: Array) -> Array:
+    def displace(points_mm: Array, work: Integers, tool: Integers, _: Array, offset_mm: Array, *__: object) -> Array:
         require_offsets(tool, offset_mm, HINT)
         return field.displacement_mm(points_mm + looked_up(work, work_mm, "work offset", HINT) + offset_mm)
 
