@@ -741,6 +741,10 @@ def _print_evaluation(
 def positioning(
     test: Annotated[Path, argument("Target, approach, cycle, actual.", metavar="TEST.csv")],
     out: Page = None,
+    unit: Annotated[
+        Literal["mm", "um", "in", "deg", "arcsec"] | None,
+        option("Unit of the readings, in place of that of their heading.  [default: the heading's]"),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Analyse a positioning test after ISO 230-2: A, R, E, B, M, and every raw deviation on a page."""
@@ -748,7 +752,7 @@ def positioning(
     from trueloop.report.machine.positioning import positioning_page
     from trueloop.report.machine.summary import positioning_lines, positioning_summary
 
-    found = read_positioning(test)
+    found = read_positioning(test, unit)
     page = partial(positioning_page, test.stem, found)
     _print_evaluation(test, (out, page), positioning_lines(found), positioning_summary(found), as_json)
 
@@ -756,6 +760,10 @@ def positioning(
 def circular(
     bar: Annotated[Path, argument("A ball bar's circles, one or one each way.", metavar="BALLBAR.csv")],
     out: Page = None,
+    unit: Annotated[
+        Literal["mm", "um"] | None,
+        option("Unit of the deviations, in place of that of their heading.  [default: the heading's]"),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Analyse a circular test after ISO 230-4: G, G(b), F, D, and its causes with the one that makes most named."""
@@ -764,7 +772,7 @@ def circular(
     from trueloop.machine.circular import circular_test
     from trueloop.report.machine.circular import circular_lines, circular_page, circular_summary
 
-    circles = read_circles(bar)
+    circles = read_circles(bar, unit)
     with in_file(bar):
         found = circular_test(circles)
     page = partial(circular_page, bar.stem, found)

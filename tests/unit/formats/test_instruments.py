@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.formats.measurements.instrument_files import read_circles
 from trueloop.jobs.machine.machine_model import FittedMachine, fit_machine
 from trueloop.machine.model.model import MachineModel, State
 
@@ -121,6 +122,20 @@ def test_a_ball_bar_reads_plus_where_the_tool_is_too_far_out(tmp_path: Path) -> 
     np.testing.assert_allclose(_value_um(model, "EXX", 350), 10, atol=1e-4)
     np.testing.assert_allclose(_value_um(model, "EXX", 250, -1), 3, atol=1e-4)
     np.testing.assert_allclose([_value_um(model, "EYY", 100), _value_um(model, "EC0Y")], [0, -40], atol=1e-3)
+
+
+def test_a_ball_bar_in_another_unit_than_its_heading_is_refused_and_stated(tmp_path: Path) -> None:
+    """12 µm at the most: in millimetres below `_um`, in micrometers below `_mm`."""
+    _bar(tmp_path, lambda t, _: 12 * math.cos(2 * t))
+    text = (tmp_path / "bar.csv").read_text()
+    right = [circle.deviation_mm for circle in read_circles(tmp_path / "bar.csv")]
+    (tmp_path / "mm.csv").write_text(text.replace("deviation_um", "deviation_mm"))
+    _bar(tmp_path, lambda t, _: 12e-3 * math.cos(2 * t))
+    for file, unit, other in (("mm.csv", "um", "mm"), ("bar.csv", "mm", "um")):
+        with pytest.raises(TrueloopError, match="as the heading states") as refused:
+            read_circles(tmp_path / file)
+        assert refused.value.code is Code.MCH_UNIT and f"--unit {unit}, or --unit {other}" in (refused.value.hint or "")
+        np.testing.assert_allclose([c.deviation_mm for c in read_circles(tmp_path / file, unit)], right, atol=1e-7)
 
 
 def test_squareness_of_one_way_round_could_be_the_servos(tmp_path: Path) -> None:

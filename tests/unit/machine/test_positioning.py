@@ -64,15 +64,60 @@ def test_a_test_of_one_way_has_the_values_of_that_way_alone(tmp_path: Path, way:
     assert "from one side" in page and "reversal value" not in page
 
 
-@pytest.mark.parametrize(("unit", "per_unit_rad"), [("arcsec", np.pi / 648000), ("deg", np.pi / 180)])
+@pytest.mark.parametrize(("unit", "per_unit_rad"), [("arcsec", 1e3 * np.pi / 648000), ("deg", np.pi / 180)])
 def test_deviations_of_a_rotary_axis_are_in_their_own_unit(tmp_path: Path, unit: str, per_unit_rad: float) -> None:
+    deviation = {"arcsec": 1.0, "deg": 0.001}[unit]
     rows = [
-        f"{10 * k},{way},{cycle},{0.001 * (k + cycle)}" for k in (0, 1) for way in ("up", "down") for cycle in (0, 1)
+        f"{10 * k},{way},{cycle},{deviation * (k + cycle)}"
+        for k in (0, 1)
+        for way in ("up", "down")
+        for cycle in (0, 1)
     ]
     path = tmp_path / "x.csv"
     path.write_text("\n".join([f"target_deg,approach,cycle,deviation_{unit}", *rows]))
     test = read_positioning(path)
     np.testing.assert_allclose(test.deviation_up, 1e-3 * per_unit_rad * np.array([[0, 1], [1, 2]]), atol=1e-15)
+
+
+def _made(path: Path, heading: str, scale: float) -> Path:
+    """Deviations of 1 to 12 µm, times `scale`, at five targets."""
+    rows = [
+        f"{100 * k},{way},{cycle},{scale * (2.0 * k + 3.0 * (way == 'up') + cycle):g}"
+        for cycle in (1, 2)
+        for k in range(5)
+        for way in ("up", "down")
+    ]
+    path.write_text("\n".join([f"target_mm,approach,cycle,{heading}", *rows, ""]))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("heading", "scale", "unit", "other"),
+    [("deviation_um", 1e-3, "mm", "um"), ("deviation_mm", 1.0, "um", "mm"), ("deviation_in", 1e-3, "mm", "in")],
+)
+def test_readings_in_another_unit_than_their_heading_are_refused_and_stated(
+    tmp_path: Path, heading: str, scale: float, unit: str, other: str
+) -> None:
+    """The largest is 13 µm: 0.013 µm, 13 mm or 330 µm as the heading states it."""
+    path = _made(tmp_path / "test.csv", heading, scale)
+    with pytest.raises(TrueloopError, match="as the heading states") as refused:
+        read_positioning(path)
+    assert refused.value.code is Code.MCH_UNIT and f"--unit {unit}, or --unit {other}" in refused.value.hint
+    right = read_positioning(_made(tmp_path / "right.csv", "deviation_um", 1.0))
+    assert read_positioning(path, unit).accuracy.both == pytest.approx(right.accuracy.both)
+    if heading == "deviation_um":
+        assert read_positioning(path, other).accuracy.both == pytest.approx(1e-3 * right.accuracy.both)
+
+
+def test_targets_of_a_few_hundred_micrometers_are_millimeters(tmp_path: Path) -> None:
+    path = tmp_path / "test.csv"
+    rows = [f"{at},{way},{c},{at + 0.002 * c}" for at in (0, 100, 300) for way in ("up", "down") for c in (1, 2)]
+    path.write_text("\n".join(["target_um,approach,cycle,actual_um", *rows, ""]))
+    with pytest.raises(TrueloopError, match="span 300 µm as the heading states") as refused:
+        read_positioning(path)
+    assert refused.value.code is Code.MCH_UNIT
+    assert read_positioning(path, "mm").mean_up[0] == pytest.approx(0.003)
+    assert read_positioning(path, "um").mean_up[0] == pytest.approx(0.003e-3)
 
 
 @pytest.mark.parametrize(

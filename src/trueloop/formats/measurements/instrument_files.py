@@ -7,7 +7,7 @@ stood. None of them holds where the machine's other axes stood: `instruments_tom
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
+from trueloop.formats.measurements.positioning_data import require_plausible
 from trueloop.formats.measurements.rows import KIND, MOST, CsvFile, csv_of, number_of
 from trueloop.machine.circular import Circle
 from trueloop.units import UM_PER_MM
@@ -66,12 +67,25 @@ def read_instrument(path: Path) -> LaserFile | tuple[Circle, ...] | TouchLog | N
     return None
 
 
-def read_circles(path: Path) -> tuple[Circle, ...]:
-    """Returns the circles of a ball bar's file. Raises MCH-FILE, also for another file, and MCH-UNIT."""
+def read_circles(path: Path, unit: str | None = None) -> tuple[Circle, ...]:
+    """Returns the circles of a ball bar's file; `unit`, mm or um, counts in place of that of the deviations' heading.
+
+    Raises MCH-FILE, also for another file, and MCH-UNIT, also for deviations that are not plausible in their unit.
+    """
     found = read_instrument(path)
     if not isinstance(found, tuple):
         columns = ", ".join((*OTHERS[3:], *UNITS))
         raise _unreadable(path, 1, f"{path.name!r} is not a ball bar's file: its header lacks some of {columns}")
+    file = csv_of(read_input(path, Code.MCH_FILE, hint=HINT).decode("utf-8-sig", "replace"), path, KIND)
+    heading = next(name for name in UNITS if name in file.header)
+    if unit is not None:
+        scale = UNITS[f"deviation_{unit}"] / UNITS[heading]
+        return tuple(replace(circle, deviation_mm=scale * circle.deviation_mm) for circle in found)
+    if "radius_measured_mm" not in file.header:
+        scales = {name.removeprefix("deviation_"): scale for name, scale in UNITS.items()}
+        values = np.concatenate([circle.deviation_mm for circle in found]) / UNITS[heading]
+        with in_file(path):
+            require_plausible(values, heading.removeprefix("deviation_"), scales)
     return found
 
 

@@ -6,6 +6,7 @@ Assignments: `TGT_DATA[i]=…`, `REF_DATA_FWD[i,cycle]=…`, `REF_DATA_BWD[i,cyc
 """
 
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -62,20 +63,55 @@ _ASSIGNMENT: Final = re.compile(rf"\s*(\w+)\s*(?:{_INDEX})?\s*=\s*(\S+)\s*")
 _INDICES: Final = {"UNIT": 0, "TGT_DATA": 1, "REF_DATA_FWD": 2, "REF_DATA_BWD": 2}
 
 
-def read_positioning(path: Path) -> Positioning:
-    """Reads and analyses either format. Raises MCH-FILE for what cannot be read, MCH-DATA for an incomplete test."""
+def read_positioning(path: Path, unit: str | None = None) -> Positioning:
+    """Reads and analyses either format. `unit` is that of the readings in place of the one their heading states.
+
+    Raises MCH-FILE for what cannot be read, MCH-DATA for an incomplete test, MCH-UNIT for readings that are not
+    plausible in the unit of their heading.
+    """
     text = read_text(path, Code.MCH_FILE, hint=HINT)
-    unit, targets, up, down = _assignments(text, path) if "TGT_DATA" in text else _csv(text, path)
-    order = sorted(targets)
-    target = SCALE[unit] * np.array([targets[key] for key in order])
-    deviations = [SCALE[unit] * _table(actual, order) - target[:, None] for actual in (up, down)]
+    of_targets, targets, up, down = _assignments(text, path, unit) if "TGT_DATA" in text else _csv(text, path, unit)
+    order, angular = sorted(targets), of_targets == "deg"
+    target = SCALE[of_targets] * np.array([targets[key] for key in order])
+    deviations = [SCALE[of_targets] * _table(actual, order) - target[:, None] for actual in (up, down)]
     with in_file(path):
-        _check_size(deviations, unit == "deg")
-        return positioning(target, *deviations, angular=unit == "deg")
+        _check_size(deviations, angular)
+        if unit is None and of_targets == "um" and np.ptp(target) < SHORTEST_MM:
+            raise implausible(f"the targets span {np.ptp(target) * UM_PER_MM:g}", "um", ["mm"])
+        return positioning(target, *deviations, angular=angular)
 
 
+SHORTEST_MM: Final = 1.0
+"""Targets in micrometers that span less are taken for millimetres."""
 LARGEST: Final = {False: (1.0, 1.0, "mm"), True: (float(np.pi / 180), float(180 / np.pi), "°")}
 """Deviation, mm or rad, that no axis in use has: its unit is another, or it is read as a position; how it is shown."""
+PLAUSIBLE: Final = {False: (0.2e-3, 0.3), True: (0.03 * np.pi / 180 / 3600, 0.1 * np.pi / 180)}
+"""Between these, mm or rad, lies the largest deviation of a test: below, instruments do not resolve it."""
+
+
+def require_plausible(values: Array, unit: str, scales: Mapping[str, float], angular: bool = False) -> None:
+    """Refuses deviations (n,) in `unit` (MCH-UNIT) whose largest is not plausible in it, and is in another unit."""
+    least, most = PLAUSIBLE[angular]
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if largest == 0.0 or least <= largest * scales[unit] <= most:
+        return
+    others = [other for other, scale in scales.items() if least <= largest * scale <= most]
+    if others:
+        raise implausible(f"the largest of {len(values)} deviations is {largest:g}", unit, others)
+
+
+def implausible(what: str, unit: str, others: Sequence[str]) -> TrueloopError:
+    """Returns the refusal of values that are not plausible in the unit of their heading, and are in others."""
+    stated, either = SHOWN.get(unit, unit), " or ".join(SHOWN.get(other, other) for other in others)
+    return Code.MCH_UNIT.refusal(
+        f"{what} {stated} as the heading states: not plausible for a machine; it is in {either}",
+        hint=f"state the unit of the readings: --unit {others[0]}, or --unit {unit} where the heading is right",
+        override="--unit",
+        values={"stated": unit, "plausible": list(others)},
+    )
+
+
+SHOWN: Final = {"um": "µm", "in": "inch"}
 
 
 def _check_size(deviations: list[Array], angular: bool) -> None:
@@ -84,11 +120,12 @@ def _check_size(deviations: list[Array], angular: bool) -> None:
     if largest > limit:
         raise Code.MCH_UNIT.refusal(
             f"a position reached is {scale * largest:.4g} {unit} off its target, beyond 1 {unit}",
-            hint="actual_mm is the position reached; deviations stand in a column of their own, deviation_um",
+            hint="actual_mm is the position reached; deviations stand in a column of their own, deviation_um; --unit "
+            "states the unit of the readings",
         )
 
 
-def _assignments(text: str, path: Path) -> Test:
+def _assignments(text: str, path: Path, unit: str | None) -> Test:
     found: dict[str, dict[tuple[int, ...], str]] = {name: {} for name in _INDICES}
     for number, line in enumerate(text.splitlines(), 1):
         if not (beginning := _BEGINNING.match(line)):
@@ -101,7 +138,7 @@ def _assignments(text: str, path: Path) -> Test:
         if name != "UNIT" and not abs(number_of(assigned[4])) <= MOST:
             raise _unreadable(path, number, f"{assigned[4]!r} is no finite number")
         found[name][index] = assigned[4]
-    unit = found["UNIT"].get((), "mm")
+    unit = unit or found["UNIT"].get((), "mm")
     _check_unit(unit, path)
     targets = {key: float(value) for (key,), value in found["TGT_DATA"].items()}
     up, down = (
@@ -111,19 +148,17 @@ def _assignments(text: str, path: Path) -> Test:
     return unit, targets, up, down
 
 
-def _csv(text: str, path: Path) -> Test:
+def _csv(text: str, path: Path, unit: str | None) -> Test:
     file = csv_of(text, path, KIND)
     units = [name.removeprefix("target_") for name in file.header if name.startswith("target_")]
     if len(units) != 1:
         raise file.refusal(f"{len(units)} of its {len(file.header)} columns are target_mm or the like; one is needed")
     _check_unit(units[0], path)
     target, angular = f"target_{units[0]}", units[0] == "deg"
-    readings = {f"actual_{units[0]}": 1.0}
-    readings |= {
-        f"deviation_{unit}": scale / SCALE[units[0]]
-        for unit, scale in (SCALE | ARCSECONDS).items()
-        if (unit in ("deg", "arcsec")) == angular
-    }
+    scales = {one: by for one, by in (SCALE | ARCSECONDS).items() if (one in ("deg", "arcsec")) == angular}
+    if unit is not None and unit not in scales:
+        raise file.refusal(f"--unit {unit}: {target} is in another kind of unit", None, f"one of {', '.join(scales)}")
+    readings = {f"actual_{units[0]}": 1.0} | {f"deviation_{one}": by / SCALE[units[0]] for one, by in scales.items()}
     given = [name for name in dict.fromkeys(file.header) if name in readings]
     if len(given) > 1:
         raise file.refusal(f"{len(given)} of its columns are readings: {', '.join(given)}; one is needed")
@@ -132,6 +167,12 @@ def _csv(text: str, path: Path) -> Test:
     targets: Numbered = {}
     tables: dict[str, Table] = {way: {} for way in WAYS}
     columns = (rows.numbers(target), rows.texts("approach"), rows.numbers("cycle"), rows.numbers(reading))
+    stated, deviates = reading.partition("_")[2], reading.startswith("deviation_")
+    if unit is None and deviates:
+        with in_file(path):
+            require_plausible(columns[3], stated, scales, angular)
+    of_reading = scales[unit or stated] / SCALE[units[0]] if deviates else 1.0
+    of_target = (unit if unit in SCALE and not deviates else None) or units[0]
     for row, (at, way, cycle, reached) in enumerate(zip(*columns, strict=True)):
         if way not in WAYS or cycle % 1:
             raise rows.refusal(row, f"approach {way!r}, cycle {cycle:g}: not up or down and a whole number")
@@ -139,8 +180,8 @@ def _csv(text: str, path: Path) -> Test:
         if key in tables[way]:
             raise rows.refusal(row, f"target {at:g}, approach {way}, cycle {cycle:g} is given twice")
         targets[key[0]] = at
-        tables[way][key] = readings[reading] * reached + (at if reading.startswith("deviation_") else 0.0)
-    return units[0], targets, tables["up"], tables["down"]
+        tables[way][key] = of_reading * reached + (at if deviates else 0.0)
+    return of_target, targets, tables["up"], tables["down"]
 
 
 def _table(actual: Table, order: list[int]) -> Array:
