@@ -40,6 +40,16 @@ def test_the_same_file_adds_nothing_and_one_in_inches_is_refused(folder: Path) -
     assert len(json.loads(output_of("series", "status", "--json"))["characteristics"][0]["parts"]) == 3
 
 
+def test_a_length_between_two_faces_of_the_tool_is_not_proposed(folder: Path) -> None:
+    """Shoulder and end face are cut by T3: dZ moves both, so the length stays, and Z of the offset with it."""
+    output_of("db", "init")
+    output_of("series", "add", "first-three.csv")
+    said = output_of("series", "propose", "--job", "shaft/job.toml")
+    assert "shoulder: size" not in said and "it does not change 'shoulder'" in said
+    assert "Z +0.000 mm (X ± 0.009, Z not determined by what was measured)" in said
+    assert Code.SER_TOOL in invoke("series", "propose", "--job", "shaft/job.toml", "-c", "shoulder", status=3).stderr
+
+
 def test_a_second_decision_is_refused_and_automatic_ones_are_kept_as_such(folder: Path) -> None:
     output_of("db", "init")
     output_of("series", "add", "first-three.csv")

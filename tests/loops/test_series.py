@@ -225,6 +225,26 @@ def test_an_offset_moves_a_diameter_by_twice_x_and_a_length_by_z() -> None:
     assert offset_mm == pytest.approx((-0.010, 0.0)) and known[1] is None
 
 
+def test_no_offset_changes_a_length_between_two_faces_of_one_tool() -> None:
+    """Both faces move by dZ; where each has a tool of its own, dZ of either changes the length."""
+    profile = checked_profile(
+        [
+            Line("seat", (15.0, -30.0), (15.0, -12.0)),
+            Line("shoulder", (15.0, -12.0), (12.0, -12.0)),
+            Line("journal", (12.0, -12.0), (12.0, 0.0)),
+            Line("end", (12.0, 0.0), (0.0, 0.0)),
+        ],
+        {},
+    )
+    _, from_zero = _stepped()
+    between = replace(from_zero, other="end")
+    for length in (from_zero, between):  # the end face stands at the part's zero
+        assert moved_by_offset(profile, length) == pytest.approx([0.0, 0.0])
+        assert moved_by_offset(profile, length, 0.0, (1, 2)) == pytest.approx([0.0, -1.0])
+        assert moved_by_offset(profile, length, 0.0, (3,)) == pytest.approx([0.0, 1.0])
+    assert moved_by_offset(profile, from_zero, -50.0) == pytest.approx([0.0, 1.0]), "the zero is a stop at z = -50"
+
+
 def test_a_decision_overrides_only_what_is_named() -> None:
     one = followed(26.0, 29.0, 28.0)
     (proposal,) = proposals_of([one], SeriesOptions(), BY)

@@ -5,14 +5,16 @@ A proposal acts only when it is accepted. What is measured enters memory at once
 One tool's offset (dX, dZ) for all characteristics of the features that it cuts.
 
 A tool offset d moves every surface with the outward normal n by n·d, and so changes a characteristic by g·d, where
-g = Σ gains · n over its places (`turned.characteristics.measurand`): a diameter by 2 dX, a length from the part's zero
-by dZ. Wanted are the changes c of all characteristics of the tool: least squares of (g·d − c)/u, u the standard
+g = Σ gains · n over those of its places that the tool cuts (`turned.characteristics.measurand`): a diameter by 2 dX, a
+length by dZ where its other face is cut by another tool or in another set-up. Both faces of one tool's move alike: no
+offset changes the length between them. A length from the part's zero counts from the face that stands there, where the
+part has one. Wanted are the changes c of all characteristics of the tool: least squares of (g·d − c)/u, u the standard
 deviation of one part. It is minimal where the characteristics leave an axis open: that one stays as it is.
 """
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import Final
@@ -25,6 +27,7 @@ from trueloop.domain.part import PartType
 from trueloop.domain.proposal import Effect, ExpandedU, HeldTool, Proposal, ProposalClass, ToolOffset
 from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked
@@ -37,6 +40,7 @@ from trueloop.statistics import NORMAL_95
 from trueloop.tolerances.conformance import probability_between
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.program.wear_numbers import WearOffset, wear_offset
+from trueloop.turned.readings.observed import AT_ZERO_MM, FACES_Z
 from trueloop.wording import Um
 
 
@@ -183,6 +187,8 @@ def _id(
 OPEN: Final = 1e-6
 """Share of the largest singular value below which characteristics say nothing of a direction."""
 LEAST_U_MM: Final = 1e-4
+NO_GAIN: Final = 1e-9
+"""A size that changes by less per mm of offset is not changed by it."""
 
 
 @dataclass(frozen=True)
@@ -206,15 +212,34 @@ class JobTool:
     machine: Machine | None = None
 
 
-def moved_by_offset(profile: Profile, asked: Characteristic, zero_z_mm: float = 0.0) -> Array:
+def moved_by_offset(
+    profile: Profile, asked: Characteristic, zero_z_mm: float = 0.0, of_tool: Collection[int] | None = None
+) -> Array:
     """Returns the g of a characteristic, (2,): the change of its size per mm of tool offset on X (a radius) and on Z.
 
-    Raises TOL-FEATURE and TOL-PLACE for what the part does not have.
+    `of_tool` are the features, by index, that the tool cuts; None: all. Raises TOL-FEATURE and TOL-PLACE for what the
+    part does not have.
     """
-    sizes = measurand(profile, asked, np.zeros(len(profile.features), dtype=np.intp), zero_z_mm)
+    counted = _from_face(profile, asked, zero_z_mm)
+    sizes = measurand(profile, counted, np.zeros(len(profile.features), dtype=np.intp), zero_z_mm)
     places = zip(sizes.feature_index.tolist(), sizes.arc_length_mm.tolist(), strict=True)
-    normals = np.array([profile.features[index].outward_normal(s) for index, s in places])
-    return np.asarray((sizes.gains @ normals).mean(axis=0))
+    moved = [(index, s, of_tool is None or index in of_tool) for index, s in places]
+    normals = np.array([profile.features[index].outward_normal(s) * by_tool for index, s, by_tool in moved])
+    gain = np.asarray((sizes.gains @ normals).mean(axis=0))
+    return np.where(np.abs(gain) < NO_GAIN, 0.0, gain)
+
+
+def _from_face(profile: Profile, asked: Characteristic, zero_z_mm: float) -> Characteristic:
+    """Returns a length from the part's zero as one from the face that stands there, where there is another one."""
+    if asked.quantity is not Quantity.LENGTH or asked.other:
+        return asked
+    there = (
+        name
+        for name, one in zip(profile.names, profile.features, strict=True)
+        if isinstance(one, Line) and abs(float(one.outward_normal(0.0)[1])) > FACES_Z
+        if name != asked.feature and abs(one.start_mm[1] - zero_z_mm) < AT_ZERO_MM
+    )
+    return replace(asked, other=next(there, ""))
 
 
 def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple[tuple[float, float], ExpandedU]:
@@ -244,25 +269,32 @@ def tool_proposals(
         for call, of_it in sorted(_by_tool(series, job).items()):
             by_tool.setdefault((job.machine, call), (job, []))[1].extend(of_it)
     if not by_tool:
-        names = ", ".join(sorted(repr(one.series.name) for one in series)[:6])
         raise Code.SER_TOOL.refusal(
-            f"none of {len(series)} series ({names}) is a size of the job's features",
+            f"none of {len(series)} series ({_names(series)}) is a size of the job's features",
             hint="name them in `[[part.characteristic]]` of the job as the inspections do, each with its feature",
+        )
+    every = [one for _, of_it in by_tool.values() for one in of_it]
+    if not any(gain.any() for _, gain in every):
+        raise Code.SER_TOOL.refusal(
+            f"no tool offset changes {_names([one for one, _ in every])}: angles, radii of arcs, form, and lengths "
+            "between two faces of one tool's cut",
+            hint="correct the contour: `trueloop compensate` with the sizes in `gauging.readings` of the job",
         )
     found = [_of_one(job, call, of_it, options, made) for (_, call), (job, of_it) in by_tool.items()]
     return tuple(one for one in found if one is not None)
 
 
 def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[Called, list[tuple[Tracked, Array]]]:
-    """Groups by its offset the series that a tool's offset moves, each with its g."""
+    """Groups the series by the offset that cuts their feature, each with its g."""
     found: dict[Called, list[tuple[Tracked, Array]]] = {}
-    tools = contour_tools(job.program, job.matched, alone=True)
+    cut_by = contour_tools(job.program, job.matched, alone=True).cut_by
     for one in series:
         asked = job.asked.get(one.series.name)
         if one.series.latest and asked is not None:
             index = job.profile.names.index(asked.feature)
-            gain = moved_by_offset(job.profile, asked, job.zero_z_mm)
-            found.setdefault(_called(job, tools.cut_by[index], index), []).append((one, gain))
+            own = [k for k, tool in enumerate(cut_by) if tool == cut_by[index]]
+            gain = moved_by_offset(job.profile, asked, job.zero_z_mm, own)
+            found.setdefault(_called(job, cut_by[index], index), []).append((one, gain))
     return found
 
 
@@ -280,7 +312,9 @@ def _called(job: JobTool, cut_by: int | None, index: int) -> Called:
 def _of_one(
     job: JobTool, call: Called, of_it: Sequence[tuple[Tracked, Array]], options: SeriesOptions, made: Made
 ) -> Proposal | None:
-    series, gains = [one for one, _ in of_it], np.array([gain for _, gain in of_it])
+    series, gains = [one for one, gain in of_it if gain.any()], np.array([gain for _, gain in of_it if gain.any()])
+    if not series:
+        return None
     wanted = np.array([-one.change_mm for one in series])
     u_mm = np.array([one.last.step.predicted_u_mm or 0.0 for one in series])
     offset_mm, known_mm = fitted_offset(gains, wanted, u_mm)
@@ -294,7 +328,14 @@ def _of_one(
     if np.all(np.abs(moved) <= options.least_mm):
         return None
     effects = [effect_of(one, float(size_mm)) for one, size_mm in zip(series, moved, strict=True)]
-    return of_tool(series, effects, kept, job.program.dialect.wear_words, made, _why(wear, len(series), wanted - moved))
+    why = _why(wear, len(series), wanted - moved)
+    if unmoved := [one for one, gain in of_it if not gain.any()]:
+        why += f"; it does not change {_names(unmoved)}: the tool moves all of their surfaces alike"
+    return of_tool(series, effects, kept, job.program.dialect.wear_words, made, why)
+
+
+def _names(series: Sequence[Tracked]) -> str:
+    return ", ".join(sorted(repr(one.series.name) for one in series)[:6])
 
 
 def _why(wear: WearOffset, count: int, left_mm: Array) -> str:
