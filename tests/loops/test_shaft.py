@@ -187,3 +187,55 @@ def test_limits_that_the_readings_state_are_judged(tmp_path: Path) -> None:
     done = corrected(tmp_path, head + rows)
     names = {one.characteristic.name: one.characteristic.upper_limit for one in done.record.characteristics}
     assert names == {"d36": 36.02, "d44": 44.1}
+
+
+FIFTEEN_TOO_LARGE = (
+    "feature,quantity,z_mm,value_mm,value_deg,from,uncertainty_um,uncertainty_deg\n"
+    "seat-44,diameter,-105,44.030,,,1,\nseat-36,diameter,-70,36.030,,,1,\nseat-36,diameter,-50,36.030,,,1,\n"
+    "seat-30,diameter,-20,30.030,,,1,\njournal-24,diameter,-5,24.030,,,1,\n"
+)
+"""All stand off by 15 µm on the radius: an offset is enough for them."""
+
+
+def of_line(program: bytes, comment: bytes) -> tuple[float, float]:
+    """Where the line with a comment ends, (x as a radius, z), its words carried on from the lines before."""
+    x = z = 0.0
+    for line in program.splitlines():
+        if word := re.search(rb"X(-?[\d.]+)", line):
+            x = float(word[1]) / 2
+        if word := re.search(rb"Z(-?[\d.]+)", line):
+            z = float(word[1])
+        if comment in line:
+            return x, z
+    raise AssertionError(comment)
+
+
+def test_the_angle_of_a_cone_decides_with_the_diameters(tmp_path: Path) -> None:
+    """Diameters alone: an offset. A cone 0.15° too steep: by hand from the words written, its angle is that much less.
+
+    The part of it that the contour takes out is what the prior of a cone leaves of the reading, here over 0.13°.
+    """
+    assert corrected(tmp_path / "1", FIFTEEN_TOO_LARGE).decision.by_offset
+    angle = "cone,angle,,,11.45993,,,0.01\n"
+    correction = corrected(tmp_path / "2", FIFTEEN_TOO_LARGE + angle)
+    assert not correction.decision.by_offset
+    assert "+0.150° ± 0.020°, which no offset changes: the contour takes out +0.13" in correction.decision.words[2]
+    (x1, z1), (x2, z2) = (of_line(correction.corrected_program, name) for name in (b"(SEAT 30)", b"(CONE)"))
+    written = np.degrees(np.arctan2(x2 - x1, z1 - z2))
+    assert written == pytest.approx(11.30993 - 0.137, abs=0.004)
+    by_offset = corrected(tmp_path / "3", FIFTEEN_TOO_LARGE + angle, 'by = "offset"\n', "compensation")
+    assert by_offset.decision.by_offset and "by the offset all the same" in by_offset.decision.words[2]
+
+
+def test_the_radius_of_an_arc_and_a_length_between_two_faces_decide_too(tmp_path: Path) -> None:
+    """Shoulders 40 µm too far apart are written 40 µm nearer; one that deviates within its ±U changes nothing."""
+    length = "shoulder-2,length,,68.040,,shoulder-1,1,\n"
+    correction = corrected(tmp_path / "1", FIFTEEN_TOO_LARGE + length)
+    assert not correction.decision.by_offset
+    faces = [of_line(correction.corrected_program, name)[1] for name in (b"(SHOULDER 1)", b"(SHOULDER 2)")]
+    assert faces[0] - faces[1] == pytest.approx(68.0 - 0.040, abs=0.002)
+    radius = corrected(tmp_path / "2", FIFTEEN_TOO_LARGE + "fillet-1,radius,,1.520,,,1,\n")
+    assert not radius.decision.by_offset and "fillet-1 radius deviates by +20.0 µm" in radius.decision.words[2]
+    small = corrected(tmp_path / "3", FIFTEEN_TOO_LARGE + length.replace("68.040", "68.001"))
+    assert small.decision.by_offset and small.decision.unmoved is not None and small.decision.unmoved.enough
+    assert CODEC.from_json(CODEC.to_json(radius), Correction) == radius

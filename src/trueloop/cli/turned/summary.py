@@ -83,8 +83,7 @@ def _edge_words(setup: SetupCorrection) -> Iterator[str]:
     before = f"{setup.frame.name}, " if setup.frame.name else ""
     for of in setup.edges:
         if of.correction is not None:
-            decision = of.correction.decision
-            for words in (decision.x.words, decision.z.words, *of.correction.notes):
+            for words in (*of.correction.decision.words, *of.correction.notes):
                 yield f"- {before}{of.tool}: {words}"
             yield from characteristics_words(of.correction.characteristics)
     yield from characteristics_words(setup.characteristics)
@@ -121,7 +120,7 @@ def print_summary(correction: Correction, files: Sequence[Path]) -> None:
     console.print()
     for words in (budget_words(correction), between_cuts_words(correction.options.between_cuts)):
         console.print(f"- {_escaped(words)}")
-    for words in (correction.decision.x.words, correction.decision.z.words, *correction.notes):
+    for words in (*correction.decision.words, *correction.notes):
         console.print(f"- {_escaped(words)}")
     if correction.composed is not None:
         console.print(f"- {_escaped(composed_words(correction))}")

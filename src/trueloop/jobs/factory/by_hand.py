@@ -239,7 +239,7 @@ def _shown(job: Path, say: Texts) -> PartByHand:
 
 def _corrected(done: Done, say: Texts, files: tuple[FileMade, ...]) -> CorrectedByHand:
     of = done.correction
-    decided = (of.decision.x.words, of.decision.z.words, *of.notes, *all_notes(done.corrected))
+    decided = (*of.decision.words, *of.notes, *all_notes(done.corrected))
 
     def drawn(width: int) -> str:
         return still.svg(whiskers.before_and_after(of, width, say), esc(headline(of, say)))

@@ -64,10 +64,14 @@ def corrected_shifts(
     if decision.offset_is_enough:
         contour = matched.in_force or matched.rounding
         return Shifts(matched.in_force or (ZERO,) * count, contour, (True,) * count, (ZERO,) * count)
-    # For each feature whether it follows the offset: no axis it faces needs a contour, and its tangent neighbours
-    # follow it too.
+    # For each feature whether it follows the offset: it is a line (its shift is constant), no axis it faces needs a
+    # contour, no reading of it that no offset changes does, and its tangent neighbours follow it too.
     needs = np.array([not decision.x.enough, not decision.z.enough])
-    follows = [not np.any(_faces(feature) & needs) for feature in profile.features]
+    seen = () if decision.unmoved is None else decision.unmoved.features
+    follows = [
+        isinstance(one, Line) and k not in seen and not np.any(_faces(one) & needs)
+        for k, one in enumerate(profile.features)
+    ]
     for _ in profile.junctions:
         for i, junction in enumerate(profile.junctions):
             if junction.kind is JunctionKind.TANGENT:
@@ -98,7 +102,7 @@ def _faces(feature: Feature) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
 
 
 def _constant(feature: Feature, decision: Decision) -> Shift:
-    """Returns the offset seen along the feature's normal: constant on a line, and only lines face a single axis."""
+    """Returns the offset seen along the feature's normal: constant on a line."""
     return constant(float(feature.outward_normal(0.0) @ np.array(decision.offset_mm)))
 
 

@@ -48,6 +48,7 @@ from trueloop.turned.compensation.decide import Decision, decide
 from trueloop.turned.compensation.prediction import Prediction, correction_table
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.targets import Fitting
+from trueloop.turned.compensation.unmoved import decide_unmoved
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.turned.options import By
@@ -289,7 +290,7 @@ def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: 
     options = inputs.options
     error_mm, outward_normal, sigma_mm, places, correlated = _decided_on(model)
     contour = _along(matched.in_force, *places) if matched.in_force else None
-    return decide(
+    decided = decide(
         error_mm,
         outward_normal,
         sigma_mm,
@@ -305,6 +306,8 @@ def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: 
         common_u_mm=options.between_cuts.common_difference_mm,
         known=by == "contour" and all(curve.from_memory for curve in model.curves),
     )
+    unmoved = decide_unmoved(model, float(np.min(sigma_mm)), matched.resolution_mm, by)
+    return replace(decided, unmoved=unmoved)
 
 
 def _decided_on(

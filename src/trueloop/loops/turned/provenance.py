@@ -62,7 +62,7 @@ def record_of(
         options=_options(inputs) | {"unit": unit},
         model=_model(model) | _memory(memory) | finished_parts(finished, inputs.profile),
         decision=[
-            *(decision.x.words, decision.z.words),
+            *decision.words,
             *(() if inputs.no_offset or inputs.machine is not None else (_offset_words(decision, programs),)),
             *(() if memory is None else memory.words(inputs.profile)),
             *(

@@ -19,7 +19,7 @@ from trueloop.machine.model.history import Lag
 from trueloop.machine.model.term import Part, PositionBasis, Term
 from trueloop.memory.expected import Expected
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
-from trueloop.turned.compensation.decide import AxisDecision, Decision
+from trueloop.turned.compensation.decide import AxisDecision, Decision, UnmovedDecision
 from trueloop.turned.compensation.displaced import Constant, DisplacedFeature, Then
 from trueloop.turned.compensation.prediction import CorrectionTable, Prediction
 from trueloop.turned.compensation.shift import Shift
@@ -42,7 +42,18 @@ CODEC: Final = values.CODEC.with_more(
     *(Correction, Limits),
     *(Line, Arc, Curve, Junction, JunctionKind, Profile, Side, ErrorVectors, Seen, Options, BetweenCuts, EndConditions),
     *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
-    *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
+    *(
+        Tangency,
+        ModelChoice,
+        Decision,
+        AxisDecision,
+        UnmovedDecision,
+        Prediction,
+        Budget,
+        WearOffset,
+        CorrectionTable,
+        turned.Composed,
+    ),
     *(ByTool, MovedFeature, ToolAnswer, NextCut, FromMemory, Expected, FeatureSources, Share, Source),
     *(CentrePiece, ShiftedFeature, DisplacedFeature, Shift, Constant, Then, CompMtg, Standing, PartOnMachine),
     *(machine_model.MachineModel, Chain, Axis, AxisKind, Term, ErrorName, PositionBasis, Lag),

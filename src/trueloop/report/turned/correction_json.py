@@ -76,7 +76,7 @@ def _shape(correction: Correction) -> CorrectionShape:
         tool_offset=OffsetShape.model_validate(
             {**correction.wear.as_dict(), "leaves": list(_left_by_offset(correction))}
         ),
-        decision=AxesShape(x=decision.x.words, z=decision.z.words),
+        decision=AxesShape(x=decision.words[0], z=decision.words[1], readings="".join(decision.words[2:])),
         suspect_touches=[SuspectShape.model_validate(one.as_dict()) for one in model.suspects],
         notes=list(correction.notes),
         model_notes=list(model.notes),

@@ -18,10 +18,9 @@ RESOLVED_UM = 0.1
 
 def decisions(correction: Correction, say: Texts = ENGLISH) -> str:
     """Writes offset or contour, the curves' models, what was commanded, weight, limits, and the loop's notes (HTML)."""
-    axes = (correction.decision.x.words, correction.decision.z.words)
     program = (commanded_words(correction), weight_words(correction), limit_words(correction), *correction.notes)
     groups = {
-        say("Offset or contour"): dict.fromkeys((*axes, *correction.record.decision)),
+        say("Offset or contour"): dict.fromkeys((*correction.decision.words, *correction.record.decision)),
         say("Error curves"): correction.model.notes,
         say("Program and limits"): program,
     }

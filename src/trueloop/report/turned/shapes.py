@@ -234,6 +234,8 @@ class AxesShape(Shape):
     """Along X."""
     z: str
     """Along Z."""
+    readings: str = ""
+    """Of readings that no offset changes; empty: there are none."""
 
 
 class SuspectShape(Shape):

@@ -43,6 +43,19 @@ class AxisDecision:
     expanded_u_mm: float | None = None
 
 
+@dataclass(frozen=True)
+class UnmovedDecision:
+    """The decision on readings that no offset changes: `enough` where the contour stays for all that they show.
+
+    `features` are those, by index, that the contour is changed on. `p_value` as of `AxisDecision`.
+    """
+
+    enough: bool
+    features: tuple[int, ...]
+    p_value: float
+    words: str
+
+
 @by_content
 @dataclass(frozen=True)
 class Decision:
@@ -62,6 +75,13 @@ class Decision:
     common_covariance: Array | None = None
     in_force_mm: tuple[float, float] = (0.0, 0.0)
     touch_mm: float = 0.0
+    unmoved: UnmovedDecision | None = None
+    """Of readings that no offset changes; None: there are none."""
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Returns the reasons, axis by axis, then of readings that no offset changes."""
+        return (self.x.words, self.z.words, *(() if self.unmoved is None else (self.unmoved.words,)))
 
     @property
     def by_offset(self) -> bool:
@@ -70,8 +90,8 @@ class Decision:
 
     @property
     def offset_is_enough(self) -> bool:
-        """Returns whether neither axis needs the contour changed."""
-        return self.x.enough and self.z.enough
+        """Returns whether neither axis nor a reading that no offset changes needs the contour changed."""
+        return self.x.enough and self.z.enough and (self.unmoved is None or self.unmoved.enough)
 
     @property
     def offset_mm(self) -> tuple[float, float]:
@@ -213,7 +233,7 @@ def _decide_axis(
     left, sigma = left_mm[informs], sigma_mm[informs]
     largest = float(np.max(np.abs(left)))
     ratio = float(np.sum((left / sigma) ** 2)) / max(n - 1, 1) if np.all(sigma > 0.0) else float("inf")
-    p_value = _upper_tail(ratio, max(n - 1, 1), degrees_of_freedom)
+    p_value = upper_tail(ratio, max(n - 1, 1), degrees_of_freedom)
     enough = largest <= resolution_mm / 2 or (p_value > SIGNIFICANCE and not known)
     if enough:
         verdict = wording("the offset is enough and the contour stays as programmed")
@@ -277,6 +297,6 @@ def _offset_words(axis: int, offset_mm: float, expanded_u_mm: float | None) -> o
     return wording("{x} (on the radius)", x=words) if axis == 0 else words
 
 
-def _upper_tail(ratio: float, over: float, under: float) -> float:
+def upper_tail(ratio: float, over: float, under: float) -> float:
     """Returns P(F > ratio); the chi-square limit when the variance in the denominator is known."""
     return float(chdtrc(over, ratio * over)) if np.isinf(under) else float(fdtrc(over, under, ratio))

@@ -17,7 +17,7 @@ With the error e along the outward normal n, to first order in e:
 import math
 from collections import Counter, defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -99,7 +99,8 @@ def seen_by(profile: Profile, one: Repeated, datum: int | None) -> Seen:
     if reading.quantity is Quantity.ANGLE:
         sign, length = math.copysign(1.0, tilt_rad(feature, reading)), feature.length_mm
         ends = ((index, 0.0, -sign / length), (index, length, sign / length))
-        return Seen.at(name, ends, math.radians(one.deviation), math.radians(one.standard_u))
+        turned = Seen.at(name, ends, math.radians(one.deviation), math.radians(one.standard_u))
+        return replace(turned, unit="rad")
     if reading.quantity is Quantity.RADIUS and isinstance(feature, Arc):
         s = np.linspace(0.0, feature.length_mm, ROUND)
         side = math.copysign(1.0, float(feature.curvature_per_mm(0.0)))

@@ -1,6 +1,7 @@
 """Error vectors: the error of the part at every gauging point, along the nominal normal."""
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,7 @@ class Seen:
     weight: Array
     value_mm: float
     standard_u_mm: float
+    unit: Literal["mm", "rad"] = "mm"
 
     @classmethod
     def at(cls, name: str, places: "tuple[tuple[int, float, float], ...]", value_mm: float, u_mm: float) -> "Seen":
