@@ -56,6 +56,8 @@ def test_the_path_is_the_control_s(cell: dict[str, Any]) -> None:
         assert_move(path, len(path) - 1, cell["last"])
     if "centre" in cell:
         assert path.centre_mm[-1].tolist() == pytest.approx(cell["centre"], abs=1e-9)
+    if "axis" in cell:
+        assert chr(path.turned[-1]).strip("\0") == cell["axis"]
     if "turned" in cell:
         assert math.degrees(path.sweep_rad[-1]) == pytest.approx(cell["turned"], abs=1e-9)
     if "machine" in cell:

@@ -128,7 +128,7 @@ fn lacks_point(program: &Program, word: &Word) -> bool {
     plain && {
         let codes =
             program.words_of(program.block_at(word.start as usize)).iter().filter_map(|word| program.code(word));
-        lengths(codes).has(word.letter)
+        lengths(program.dialect(), codes).has(word.letter)
     }
 }
 

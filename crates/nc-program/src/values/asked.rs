@@ -2,7 +2,7 @@
 //! times of dwells, which depend on the decimal point, too.
 
 use crate::controls::Parameter;
-use crate::dialect::{FlowStyle, G};
+use crate::dialect::{Dialect, FlowStyle, G};
 use crate::finding::{self, Severity};
 use crate::modes::modal::{FeedMode, Motion};
 use crate::modes::request::Request;
@@ -14,12 +14,12 @@ use crate::turning::rough::Rough;
 const LENGTHS: &[u8] = b"IJKRUVWXYZacr";
 /// Letters of arguments of macros that count steps so, each as its axis does.
 const ARGUMENTS: &[u8] = b"ABCIJKQRUVWXYZ";
-/// The angle of a line counts thousandths of a degree so.
-const ANGLE: u8 = b'a';
+/// Rotary axes (H by increments) and angles of lines count thousandths of a degree so.
+const ANGLES: &[u8] = b"ABCHa";
 const ANGLE_STEP: f64 = 0.001;
 
-/// Letters of lengths that are words of a block's codes.
-pub(crate) fn lengths(codes: impl Iterator<Item = G> + Clone) -> Letters {
+/// Letters of lengths and angles, among the words of a block with these codes.
+pub(crate) fn lengths(dialect: &Dialect, codes: impl Iterator<Item = G> + Clone) -> Letters {
     if codes.clone().any(|code| matches!(code, G::CallMacro | G::ModalMacro)) {
         return Letters::of(ARGUMENTS);
     }
@@ -38,6 +38,10 @@ pub(crate) fn lengths(codes: impl Iterator<Item = G> + Clone) -> Letters {
     }
     if codes.clone().any(|code| code == G::DiameterByWord) {
         letters.remove(b'X');
+    }
+    if !codes.clone().any(|code| code == G::Thread) {
+        let turns = |letter: &&u8| dialect.other_axes.has(**letter) || dialect.line_angle.contains(letter);
+        ANGLES.iter().filter(turns).for_each(|letter| letters.add(*letter));
     }
     if codes.into_iter().any(|code| code == G::Limits) {
         return Letters::default(); // nothing moves
@@ -71,12 +75,13 @@ impl Runner<'_> {
     /// Lengths without a decimal point count steps of the control, or whole units.
     pub(crate) fn count_steps(&mut self, request: &mut Request) {
         let Some(parameter) = self.program.dialect().rules.point else { return };
-        let mut letters = lengths(request.codes().iter().map(|(code, _)| *code));
+        let mut letters = lengths(self.program.dialect(), request.codes().iter().map(|(code, _)| *code));
         let moves = request.codes().iter().any(|(code, _)| matches!(code, G::Motion(_)));
         if self.state.modal.motion == Motion::Drill && !moves {
             letters.remove(b'K');
         }
-        let of_turn = Letters::of(b"ABC");
+        let c_is_corner = self.c_is_corner();
+        let of_turn = |letter: u8| ANGLES.contains(&letter) && !(letter == b'C' && c_is_corner);
         for letter in b'A'..=b'r' {
             let counts = letters.has(letter) && request.pointless.has(letter);
             if !counts || request.get(letter).is_none_or(|value| value == 0.0) {
@@ -85,7 +90,7 @@ impl Runner<'_> {
             let what = "a number without a decimal point counts steps or whole units";
             let by = match self.ask(parameter, Severity::Error, request.word(letter), what) {
                 None => f64::NAN,
-                Some(0.0) if letter == ANGLE || of_turn.has(letter) => ANGLE_STEP,
+                Some(0.0) if of_turn(letter) => ANGLE_STEP,
                 Some(0.0) => self.step_of(request),
                 Some(_) => 1.0,
             };
