@@ -188,6 +188,42 @@ def test_tolerances_far_from_the_nominal_value_need_a_unit_of_their_own(tmp_path
         assert any("implausibly large" in remark.text for remark in file.remarks) is remarked
 
 
+@pytest.mark.parametrize(
+    ("heads", "rows", "keys"),
+    [
+        ("OT;UT", ("1;-2", "2;-2"), ("upper_tolerance", "lower_tolerance")),
+        ("Toleranz", ("±1", "+2/-2"), ("tolerance",)),
+    ],
+)
+def test_whole_tolerances_of_sizes_to_the_micrometer_need_a_unit(
+    tmp_path: Path, heads: str, rows: tuple[str, str], keys: tuple[str, ...]
+) -> None:
+    """±1 at 44.0012: 1.2 µm are out of 1 µm, and in 1 mm."""
+    text = f"Name;Nominal;{heads};Actual\nD1;44;{rows[0]};44,0012\nD2;12;{rows[1]};12,0003\n"
+    error = _refused(tmp_path, text, unit="mm")
+    assert error.code is Code.MSR_UNIT and "may be" in error.message
+    assert "[units] " + " and ".join(f'{key} = "µm"' for key in keys) in error.hint
+    for unit, upper in (("µm", 44.001), ("mm", 45.0)):
+        grid = grid_of(tmp_path / "part.csv")
+        mapping = tmp_path / "map.toml"
+        units = "".join(f'{key} = "{unit}"\n' for key in keys)
+        mapping.write_text(f"{toml_of(settled(grid, propose(grid), Stated(unit='mm')), 'part.csv')}\n[units]\n{units}")
+        assert _one(_read(tmp_path, text, mapping=mapping))[0].upper_limit == pytest.approx(upper)
+    for ordinary in ("44,1412", "44,00"):  # a part that uses its ±1 mm, and one measured to 10 µm
+        sized = text.replace("44,0012", ordinary).replace("12,0003", "12,00" if ordinary == "44,00" else "12,0003")
+        assert _one(_read(tmp_path, sized, unit="mm"))[0].upper_limit == pytest.approx(45.0)
+    assert _one(_read(tmp_path, text.replace(rows[1], rows[1].replace("2", "2,0")), unit="mm"))
+
+
+def test_a_depth_of_plus_three_beside_fine_tolerances_is_stated_in_millimeters(tmp_path: Path) -> None:
+    text = "Name;Nominal;OT;UT;Actual\nDepth 1;12;3;0;12,001\nØ 44;44;0,02;-0,02;44,012\n"
+    error = _refused(tmp_path, text, unit="mm")
+    assert error.code is Code.MSR_UNIT and '[units] upper_tolerance = "mm"; of a cell' in error.hint
+    for cell, upper in (("3 mm", 15.0), ("3 µm", 12.003)):
+        stated = _one(_read(tmp_path, text.replace(";3;", f";{cell};"), unit="mm"))
+        assert [one.upper_limit for one in stated] == pytest.approx([upper, 44.02])
+
+
 def test_the_mapping_that_the_hint_names_states_the_unit_of_tolerances(tmp_path: Path) -> None:
     text = "Name;Nominal;OT;UT;Actual\nØ 44;44;20;-20;44,031\nT 3;3;5;0;3,1\n"
     _refused(tmp_path, text, unit="mm")
@@ -563,6 +599,8 @@ def test_part_beside_serial_is_the_part_type(tmp_path: Path) -> None:
         ("Teil-Nr.;SHAFT;;Serien-Nr.;17", "", "SHAFT", "17"),
         ("Serial: 17\nPart: SHAFT", "", "SHAFT", "17"),
         ("Werkstück;SHAFT", "Serial", "SHAFT", "17"),
+        ("Serien-Nr.: A-3", "Teil-Nr.", "17", "A-3"),
+        ("Bediener: Meier", "Teil-Nr.", "", "17"),
         ("Werkstück;17", "", "", "17"),
         ("Teilebezeichnung;SHAFT\nTeil;17", "", "SHAFT", "17"),
     ],

@@ -2,7 +2,7 @@
 
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -154,3 +154,14 @@ def role_of(name: str, names: Sequence[str]) -> tuple[Role, int] | None:
         found = {role for partner, role in IN_DOUBT[name].items() if partner in names}
         return (found.pop(), 0) if len(found) == 1 else None
     return (PARTNERS[name], 0) if name in PARTNERS else KNOWN.get(name)
+
+
+def stated_above(rows: Sequence[Sequence[str]]) -> Iterator[tuple[Role, str, str]]:
+    """Yields the role, the plain name and the text of each `Operator: Meier`, in one cell or in two."""
+    for row in rows:
+        cells = [cell for cell in row if not is_empty(cell)]
+        for cell, after in itertools.pairwise([*cells, ""]):
+            name, _, value = cell.partition(":")
+            role = KNOWN.get(plain(name), (None, 0))[0]
+            if role is not None and (text := value.strip() or after):
+                yield role, plain(name), text

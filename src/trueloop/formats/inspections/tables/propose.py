@@ -16,6 +16,7 @@ from trueloop.formats.inspections.tables.header import (
     header_at,
     numbered,
     role_of,
+    stated_above,
 )
 from trueloop.formats.inspections.tables.headings import (
     BAD,
@@ -130,8 +131,16 @@ class _Table:
         if Role.SERIAL in found and Role.PART not in found and Role.PART.value not in self.given:
             best = min(rank for rank, _ in found[Role.SERIAL])
             types = [(rank, k) for rank, k in found[Role.SERIAL] if rank > best and self.header.plain[k] in TYPES]
+            if not types and self._is_of_one_type([k for rank, k in found[Role.SERIAL] if rank == best]):
+                types = found.pop(Role.SERIAL)
             found |= {Role.PART: types} if types else {}
         return {role.value: self._best(role, cases) for role, cases in found.items()}
+
+    def _is_of_one_type(self, columns: Sequence[int]) -> bool:
+        """Returns whether columns such as `Teil-Nr.` hold one type, and the serial number stands above the headings."""
+        above = stated_above(self.grid.rows[: self.header.title])
+        serial = any(role is Role.SERIAL and name not in TYPES for role, name, _ in above)
+        return serial and all(self.header.plain[k] in TYPES and len(set(self.cells(k))) == 1 for k in columns)
 
     def _best(self, role: Role, cases: Sequence[tuple[int, int]]) -> str:
         least = min(rank for rank, _ in cases)

@@ -1,6 +1,5 @@
 """The readings of a table: its values with their nominals, limits, places and times."""
 
-import itertools
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -24,9 +23,9 @@ from trueloop.formats.inspections.shared.checks import (
 )
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of
 from trueloop.formats.inspections.shared.text import moment, order_of
-from trueloop.formats.inspections.tables.grid import Grid, is_empty
-from trueloop.formats.inspections.tables.header import Header
-from trueloop.formats.inspections.tables.headings import KNOWN, LENGTH_MM, POINT, TYPES, Role, plain, unit_stated_in
+from trueloop.formats.inspections.tables.grid import Grid
+from trueloop.formats.inspections.tables.header import Header, stated_above
+from trueloop.formats.inspections.tables.headings import LENGTH_MM, POINT, TYPES, Role, unit_stated_in
 from trueloop.formats.inspections.tables.long import Long, lengths_of, numbers_of
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.sizes import Sizes, sizes_of
@@ -185,16 +184,11 @@ def title_of(grid: Grid, header: Header, mapping: TableMapping) -> dict[Role, st
     """
     found: dict[Role, str] = {}
     kinds: list[str] = []
-    for row in grid.rows[: header.title]:
-        cells = [cell for cell in row if not is_empty(cell)]
-        for cell, after in itertools.pairwise([*cells, ""]):
-            name, _, value = cell.partition(":")
-            role = KNOWN.get(plain(name), (None, 0))[0]
-            if role in TITLES and (text := value.strip() or after):
-                if role is Role.SERIAL and plain(name) in TYPES:
-                    kinds.append(text)
-                else:
-                    found.setdefault(role, text)
+    for role, name, text in stated_above(grid.rows[: header.title]):
+        if role is Role.SERIAL and name in TYPES:
+            kinds.append(text)
+        elif role in TITLES:
+            found.setdefault(role, text)
     if kinds:
         beside = Role.SERIAL in found or mapping.columns.serial or mapping.columns.parts
         found.setdefault(Role.PART if beside else Role.SERIAL, kinds[0])

@@ -35,6 +35,12 @@ COARSEST_MM: Final = ((6, 30, 120, 400, 1000, 2000), np.array((0.5, 1.0, 1.5, 2.
 """Nominal sizes up to which the general tolerances of class v hold, and these, ± [ISO 2768-1]."""
 FAR: Final = 2.0
 """A tolerance beyond so many times that is likely in another unit."""
+FINEST_MM: Final = 0.1
+"""A tolerance below it is not in micrometers."""
+LITTLE: Final = 0.1
+"""A part uses a larger share of its tolerance in the end, if the unit is right."""
+MICROMETERS: Final = 3
+"""Decimals of millimeters that a size to the micrometer has."""
 DECIMALS: Final = re.compile(r"[.,](\d+)")
 _Column: TypeAlias = Role | Literal["below", "above"]
 """`below` and `above` are the tolerances of a column that holds both."""
@@ -91,7 +97,7 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
     nominal = np.where(np.isnan(nominal), actual - deviation, nominal)
     good = _good(long)
     limits = _limits(long, mapping, numbers, zone, actual, nominal, good)
-    far = list(_far(long, quantities, columns, numbers, nominal))
+    far = [*_far(long, quantities, columns, numbers, nominal), *_whole(long, columns, numbers, actual, nominal, angle)]
     refusal = next((one for one in far if isinstance(one, TrueloopError)), None)
     said = [Remark(f"{unknown} values are of a quantity that is not known: they are read as other")] if unknown else []
     if unread:
@@ -142,15 +148,56 @@ def _far(
             size = "" if np.isnan(nominal[row]) else f" at a size of {nominal[row]:.6g} mm"
             text = f"{role.replace('_', ' ')} {numbers[column][row]:.6g} mm{size}"
             if np.any(bare):
+                fine = np.any((numbers[column] != 0) & (np.abs(numbers[column]) < FINEST_MM))
+                either = '"mm"; of a cell of its own unit in that cell' if fine else '"µm" or "mm"'
                 yield Code.MSR_UNIT.refusal(
                     f"{text}: it is likely in another unit",
                     hint="state the units of tolerances in their headings (`[µm]` or `[mm]`), or in the mapping that "
-                    f'`{map_command(long.grid.path)}` writes: [units] {role} = "µm"',
+                    f"`{map_command(long.grid.path)}` writes: [units] {role} = {either}",
                     place=long.place(role, row),
                     values={"file": long.grid.path.name},
                 )
             else:
                 yield Remark(f"{np.sum(far)} tolerances are implausibly large: {text}", long.lines[row])
+
+
+def _whole(
+    long: Long,
+    columns: Mapping[_Column, Numbers],
+    numbers: Mapping[_Column, Array],
+    actual: Array,
+    nominal: Array,
+    angle: Flags,
+) -> Iterator[TrueloopError]:
+    """Yields MSR-UNIT for tolerances that may be micrometers: whole numbers all of them, without a unit, of which
+    sizes to the micrometer use less than a share `LITTLE`.
+    """
+    digits = [DECIMALS.search(text) for text in long.texts.get(Role.ACTUAL, ())]
+    if max((len(found[1]) for found in digits if found), default=0) < MICROMETERS:
+        return
+    off = np.abs(np.where(np.isnan(nominal), actual, actual - nominal))
+    sizes: list[Array] = []
+    keys: dict[Role, None] = {}
+    for column in (Role.UPPER_TOLERANCE, Role.LOWER_TOLERANCE, "above", "below"):
+        if column in numbers and (role := _role(column)) not in long.units:
+            bare = ~angle & ~np.isin(np.arange(len(long)), list(columns[column].units)) & (numbers[column] != 0)
+            if any(DECIMALS.search(long.texts[role][row]) for row in np.flatnonzero(bare).tolist()):
+                return
+            sizes.append(np.where(bare, np.abs(numbers[column]), np.nan))
+            keys[role] = None
+    least = np.fmin.reduce(sizes) if sizes else np.full(len(long), np.nan)
+    rows = np.flatnonzero(~np.isnan(least) & ~np.isnan(off))
+    if len(rows) and np.all(least[rows] >= 1.0) and np.all(off[rows] <= LITTLE * least[rows]):
+        row, role = int(rows[0]), next(iter(keys))
+        units = " and ".join(f'{key} = "µm"' for key in keys)
+        yield Code.MSR_UNIT.refusal(
+            f"tolerance {least[row]:.6g} mm at a deviation of {off[row]:.6g} mm: it may be {least[row]:.6g} µm, all "
+            f"tolerances of {len(rows)} values are whole numbers without a unit",
+            hint="state the units of tolerances in their headings (`[µm]` or `[mm]`), or in the mapping that "
+            f'`{map_command(long.grid.path)}` writes: [units] {units}, or "mm"',
+            place=long.place(role, row),
+            values={"file": long.grid.path.name},
+        )
 
 
 def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[str]) -> tuple[list[Quantity], int]:
