@@ -5,9 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from trueloop.domain.life import Ran
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.in_force import in_force, ways_of
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.summary import offset_words
 from trueloop.turned.options import By
@@ -115,6 +117,11 @@ def test_an_offset_that_is_not_in_force_is_not_changed(tmp_path: Path, dialect: 
             assert (b"ATRANS" if dialect == "siemens" else b"G52") in shifted.corrected_program
             assert shifted.wear.tool == 0 and shifted.wear.blocks == ()
             assert any("would move nothing" in note for note in shifted.notes)
+            assert ways_of(shifted.record) == (Ran.OFFSETS,)
+            with pytest.raises(TrueloopError, match="has no program 'wear'") as refused:
+                in_force(shifted.record, Ran.WEAR, inputs.program, None)
+            assert refused.value.code is Code.CMP_CUT_WITH
+            assert in_force(shifted.record, None, inputs.program, None).cut_with.ran is Ran.OFFSETS
             continue
         found = compensate(asked)
         assert b"X29.96" in found.corrected_program and found.record.tool_offset is None and found.by_tool is None

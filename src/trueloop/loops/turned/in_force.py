@@ -142,7 +142,12 @@ def _ways_beside(record: Record) -> tuple[Ran, ...]:
 
 
 def keeps_wear(record: Record) -> bool:
-    """Returns whether wear that is entered at the control stays: not where programs set the offset themselves (UPD)."""
+    """Returns whether wear that is entered at the control moves the cut and stays: not where programs set the offset
+    themselves (UPD), nor where the finish pass runs without the tool's offset (T0300, D0), and its program is shifted.
+    """
+    offset = record.tool_offset
+    if offset is not None and offset.makes_the_correction and not offset.tool:
+        return False
     return record.program is None or dialect_named(record.program.dialect).contour_shift != "UPD"
 
 
