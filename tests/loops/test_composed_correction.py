@@ -4,6 +4,7 @@ The machine goes to command + E, the process leaves material on by a known amoun
 """
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -219,6 +220,32 @@ def test_one_record_and_one_mark_name_both(tmp_path: Path) -> None:
         "machine", "compensate", tmp_path / "out" / "corrected.ngc", "-m", tmp_path / "model.json",
         "--work-zero", "1=70,0,-100", "-t", "T1=24", "-o", tmp_path / "again", status=3,
     )  # fmt: skip
+
+
+def test_components_of_a_second_part_are_what_its_program_moves(tmp_path: Path) -> None:
+    """The first part's correction is in force and 3 µm are left: by hand COMP_PROC is the first one's less 3 µm.
+
+    On the cylinder the program's X words are by both components off those given, within the chords' 0.2 µm.
+    """
+    job = write_job(tmp_path, "G7", "cmm", "compensated")
+    run("compensate", job, "-o", tmp_path / "o1", "--no-store")
+    left = [f"{k},{name},{x},{z},3.0" for k, (name, (x, z)) in enumerate(zip(TOUCHES.feature, TOUCHES.at, strict=True))]
+    (tmp_path / "touches.csv").write_text("\n".join(["point,feature,nominal_x_mm,nominal_z_mm,error_um", *left, ""]))
+    text = job.read_text().replace('finish = "finish.ngc"', 'finish = "finish.ngc"\ncut_with = "o1/record.json"')
+    # The cut that was measured ran at the temperatures that its program was written for
+    job.write_text(text.replace(f"semifinish = {{ T1 = {SEMIFINISH_C} }}", f"semifinish = {{ T1 = {CUTTING_C} }}"))
+    said = run("compensate", job, "-o", tmp_path / "o2", "--no-store")
+    assert "COMP_MTG of the machine comes on top of these" in said
+    first, second = (json.loads((tmp_path / name / "report.json").read_text())["components"] for name in ("o1", "o2"))
+    for before, now in zip(first, second, strict=True):
+        assert now["comp_proc_um"] == pytest.approx(before["comp_proc_um"] - 3.0, abs=0.2)
+        assert now["composed_um"] == pytest.approx(now["comp_mtg_um"] + now["comp_proc_um"], abs=0.002)
+    words = re.findall(r"^G1 X(4[\d.]+) Z(-[\d.]+)", (tmp_path / "o2" / "corrected.ngc").read_text(), re.MULTILINE)
+    x_mm, z_mm = np.array(words, dtype=float).T
+    on_cylinder = z_mm < -16.0
+    at = TOUCHES.at[:6, 1]
+    moved_um = (np.interp(at, z_mm[on_cylinder], x_mm[on_cylinder]) - 2 * (20.0 + NOSE_MM)) / 2 / UM
+    assert moved_um == pytest.approx([one["composed_um"] for one in second[:6]], abs=0.5)
 
 
 def test_rapids_stay_where_they_were(tmp_path: Path) -> None:

@@ -125,7 +125,8 @@ class Composed:
     """The machine's share of a correction, at the touches along their normals, (n,), mm.
 
     `reported_mm` is the control's report of the touches, before E(T_probing) was added; `cut_in_mm` is E of the cut
-    that made the touched surface; `comp_mtg_mm` and `comp_proc_mm` are the components of the correction.
+    that made the touched surface; `comp_mtg_mm` and `comp_proc_mm` are the components of the correction,
+    what was in force before among them: together they are what the program moves the given contour by.
     """
 
     reported_mm: Array

@@ -110,7 +110,8 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
     by_tool = _by_tool(inputs, matched, model, decision, paths, programs.wear, tools)
     composed, of_machine = None, None
     if machine is not None:
-        composed = _composed(machine, surface, model, prediction, inputs.nose_radius_mm)
+        before_mm = _in_program_mm(inputs, matched, surface.touches)
+        composed = _composed(machine, surface, model, prediction, nose_mm=inputs.nose_radius_mm, before_mm=before_mm)
         u_mm = model_u_mm(machine, surface.touches, inputs.nose_radius_mm)
         prediction = replace(prediction, budget=prediction.budget.with_more(u_mm))
         of_machine = MachineShare(-composed.comp_mtg_mm, u_mm)
@@ -401,11 +402,28 @@ def writing(inputs: Inputs, matched: Commanded, bent: bool = False) -> Writing:
     )
 
 
+def _in_program_mm(inputs: Inputs, matched: Commanded, touches: ErrorVectors) -> Array:
+    """Returns what a correction in force moved the touched places by that the program keeps, (n,): all but the wear in
+    the control's table, and COMP_MTG.
+    """
+    cut = inputs.in_force.cut_with
+    moved = np.asarray(touches.outward_normal @ np.array(cut.still_to_do(cut.offset_mm)))
+    return moved + _along(matched.in_force, touches.feature_index, touches.arc_length_mm) if matched.in_force else moved
+
+
 def _composed(
-    machine: InMachine, surface: Surface, model: ProfileErrorModel, prediction: Prediction, nose_radius_mm: float
+    machine: InMachine,
+    surface: Surface,
+    model: ProfileErrorModel,
+    prediction: Prediction,
+    *,
+    nose_mm: float,
+    before_mm: Array,
 ) -> Composed:
-    """Returns the components at the touches: COMP_PROC is what the prediction takes out of the process error."""
+    """Returns the components at the touches: COMP_PROC is what the prediction takes out of the process error, on top of
+    `before_mm`, what of it the program in force did already.
+    """
     gain = np.array([curve.gain for curve in model.curves])[model.vectors.feature_index]
-    process_mm = (prediction.after_mm - expected_uncorrected_mm(model)) / gain
-    comp_mtg_mm = comp_mtg_at(machine, surface.touches, process_mm, nose_radius_mm)
+    process_mm = before_mm + (prediction.after_mm - expected_uncorrected_mm(model)) / gain
+    comp_mtg_mm = comp_mtg_at(machine, surface.touches, process_mm, nose_mm)
     return Composed(surface.reported_mm, surface.cut_in_mm, comp_mtg_mm, process_mm)

@@ -194,6 +194,8 @@ def cumulative_words(inputs: Inputs, matched: Commanded, decision: Decision, shi
         what=cut.words,
         whole=whole,
     )
+    if inputs.machine is not None:
+        yield wording("COMP_MTG of the machine comes on top of these: they are of the process, COMP_PROC.")
     if cut.wear_mm != (0.0, 0.0):
         x, z = (Um(value, "+.1f") for value in cut.wear_mm)
         yield wording(

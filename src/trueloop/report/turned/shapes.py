@@ -258,7 +258,7 @@ class SuspectShape(Shape):
 
 
 class ComponentShape(Shape):
-    """Shares of machine and process in a correction at one touch."""
+    """Shares of machine and process in a correction at one touch: of the whole one, what was in force among it."""
 
     feature: str
     """The feature it is on."""
