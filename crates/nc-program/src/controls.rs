@@ -105,6 +105,8 @@ pub struct Rules {
     pub enters_beside_next: bool,
     /// R of a drilling cycle counts from where the cycle begins, and one without Q makes no pecks.
     pub drills_from_start: bool,
+    /// Pecks are by Q, or by I, J and K; K is no number of holes.
+    pub pecks_by_k: bool,
     /// Drilling cycles retract to the plane R (G99) from the start on; else to where they began (G98).
     pub retracts_to_plane: bool,
     /// Whether X is a diameter at the start is machine data: a turning program has to say it.
@@ -147,6 +149,7 @@ impl Rules {
         tip_in_front: false,
         enters_beside_next: true,
         drills_from_start: false,
+        pecks_by_k: false,
         retracts_to_plane: false,
         diameter_is_machine_data: false,
         lead_along_thread: false,

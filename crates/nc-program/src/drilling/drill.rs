@@ -52,7 +52,8 @@ impl Runner<'_> {
             return self.refuse(finding::MISPLACED, self.block_start(), message, "end the scaling before it, by G50");
         }
         self.read_hole(request, &mut hole, third);
-        let repeats = request.get(b'L').or(request.get(b'K')).unwrap_or(1.0).round();
+        let of_k = request.get(b'K').filter(|_| !self.program.dialect().rules.pecks_by_k);
+        let repeats = request.get(b'L').or(of_k).unwrap_or(1.0).round();
         if repeats > 0.0 {
             self.note_pecks(&mut hole);
         }
@@ -121,7 +122,7 @@ impl Runner<'_> {
         let (mm, axis_mm) = (self.state.modal.mm(), self.state.modal.axis_mm(third));
         hole.plane = request.get(b'R').map_or(hole.plane, |r| r * mm);
         hole.dwell = self.dwell_of_p(request).unwrap_or(hole.dwell);
-        hole.peck = request.get(b'Q').map_or(hole.peck, |q| q * mm);
+        self.read_pecks(request, hole);
         hole.bottom = request.get(AXES[third]).map_or(hole.bottom, |z| z * axis_mm);
         if self.program.dialect().rules.drills_from_start {
             hole.plane = if hole.plane.is_nan() { 0.0 } else { hole.plane };
@@ -134,9 +135,39 @@ impl Runner<'_> {
         }
     }
 
+    /// The depth of the pecks, mm: infinite, with a note, where the control makes them by I, J and K, or a parameter that is
+    /// not given decides what Q counts.
+    fn read_pecks(&mut self, request: &Request, hole: &mut Hole) {
+        let rules = self.program.dialect().rules;
+        let pecks = matches!(hole.drill, Drill::Peck | Drill::Chip);
+        let hint = "the holes are where the program says";
+        if pecks && rules.pecks_by_k && request.any(b"IJK") {
+            let message = "pecks by I, J and K are the control's: they are not in the path".to_owned();
+            self.report(Severity::Note, finding::OPAQUE, self.block_start(), message, hint);
+            hole.peck = f64::INFINITY;
+            return;
+        }
+        let Some(depth) = request.get(b'Q') else { return };
+        let counts = rules.point.filter(|_| pecks && request.pointless.has(b'Q') && depth != 0.0);
+        let unit = match counts.map(|parameter| (parameter, self.parameter(parameter))) {
+            Some((parameter, None)) => {
+                let (word, name) = (request.word(b'Q'), parameter.name);
+                let message = format!(
+                    "{} has no decimal point: what it counts is the machine's parameter {name}, the pecks are not in the path",
+                    self.word_text(word)
+                );
+                self.report(Severity::Note, finding::OPAQUE, self.word_start(word), message, hint);
+                f64::INFINITY
+            }
+            Some((_, Some(0.0))) => self.step_of(request),
+            _ => 1.0,
+        };
+        hole.peck = depth * unit * self.state.modal.mm();
+    }
+
     /// Notes, once a cycle, that how far its pecks go back is not known.
     fn note_pecks(&mut self, hole: &mut Hole) {
-        let pecks = matches!(hole.drill, Drill::Peck | Drill::Chip);
+        let pecks = matches!(hole.drill, Drill::Peck | Drill::Chip) && hole.peck.is_finite();
         if pecks && !hole.noted && self.program.dialect().flow == FlowStyle::Macro {
             hole.noted = true;
             let what = format!("how far this cycle's pecks go back is the control's; taken as {PECK_CLEARANCE} mm");
@@ -220,7 +251,7 @@ fn unfit(hole: &Hole, plane: f64, bottom: f64, repeats: f64) -> Option<String> {
     if hole.plane.is_nan() || hole.bottom.is_nan() {
         Some("a drilling cycle without R or without Z".to_owned())
     } else if pecks && hole.peck.is_nan() {
-        Some("a drilling cycle by pecks without Q: other pecks, as of I, J and K, are not followed".to_owned())
+        Some("a drilling cycle by pecks without Q".to_owned())
     } else if plane < bottom || plane.is_nan() || bottom.is_nan() {
         Some(format!("a drilling cycle from R at {plane:.4} mm to Z at {bottom:.4} mm"))
     } else if pecks && !(hole.peck > 0.0 && count * repeats.max(1.0) < MOST) {

@@ -28,7 +28,7 @@ pub(crate) fn lengths(dialect: &Dialect, codes: impl Iterator<Item = G> + Clone)
         letters.remove(b'R'); // a number of passes, or of machining conditions
     }
     if codes.clone().any(|code| matches!(code, G::Drill(_) | G::DrillAlong(..))) {
-        letters.remove(b'K'); // how often a hole is drilled
+        b"IJK".iter().for_each(|letter| letters.remove(*letter)); // how often a hole is drilled; pecks
     }
     if codes.clone().any(|code| code == G::Scale) {
         b"IJK".iter().for_each(|letter| letters.remove(*letter)); // factors
@@ -99,7 +99,7 @@ impl Runner<'_> {
     }
 
     /// The control's step in the unit that is in force in the block.
-    fn step_of(&self, request: &Request) -> f64 {
+    pub(crate) fn step_of(&self, request: &Request) -> f64 {
         let said = request.codes().iter().rev().find_map(|(code, _)| match code {
             G::Inch(inch) => Some(*inch),
             _ => None,
