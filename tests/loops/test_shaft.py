@@ -239,3 +239,19 @@ def test_the_radius_of_an_arc_and_a_length_between_two_faces_decide_too(tmp_path
     small = corrected(tmp_path / "3", FIFTEEN_TOO_LARGE + length.replace("68.040", "68.001"))
     assert small.decision.by_offset and small.decision.unmoved is not None and small.decision.unmoved.enough
     assert CODEC.from_json(CODEC.to_json(radius), Correction) == radius
+
+
+def test_a_nominal_of_the_file_that_is_not_the_contours_is_named_with_both(tmp_path: Path) -> None:
+    """`measure read` shows the file's deviation, the correction counts from the contour: 10 and 30 µm of one reading.
+
+    A nominal that was rounded to 1 µm is the contour's.
+    """
+    header = "feature,z_mm,diameter_mm,nominal\n"
+    job = shaft_with(tmp_path, f"{header}seat-30,-20,30.030,30.0005\njournal-24,-5,24.030,24.020\n")
+    read = run("measure", "read", tmp_path / "readings.csv", "--job", job)
+    corrected_by = run("compensate", job, "--no-store")
+    for said in (read, corrected_by):
+        assert "1 readings have another nominal value" in said
+        assert "'journal-24 diameter z -5' 24.0200 and 24.0000 mm; a correction counts from the contour's" in said
+    job = shaft_with(tmp_path / "same", f"{header}seat-30,-20,30.030,30\njournal-24,-5,24.030,24.001\n")
+    assert "another nominal" not in run("measure", "read", tmp_path / "same" / "readings.csv", "--job", job)

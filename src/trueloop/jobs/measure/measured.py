@@ -28,6 +28,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.report.measured import FileOnPart, OnPart
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import Axis, MatchedReading
+from trueloop.turned.readings.nominals import other_nominals
 from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
@@ -81,7 +82,7 @@ def _on_part(
     profile: Profile, file: MeasuredFile, run: int, inspection: Inspection, names: Mapping[str, str], axis: Axis | None
 ) -> OnPart:
     matches = match_inspection(profile, inspection, names, axis)
-    findings = check_matches(profile, inspection, matches, names, axis)
+    findings = (*check_matches(profile, inspection, matches, names, axis), *other_nominals(profile, matches.readings))
     return OnPart(run, inspection, matches, tuple(one.in_file(str(file.path)) for one in findings))
 
 

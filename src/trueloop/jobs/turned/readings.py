@@ -25,6 +25,7 @@ from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.machine.model.term import means
 from trueloop.turned.readings.match import features_listed, match_inspection
 from trueloop.turned.readings.matches import MatchedReading, feature_named, match_by_name
+from trueloop.turned.readings.nominals import other_nominals
 from trueloop.turned.readings.observed import corrected, repeated
 from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.vectors import assumed_words, with_readings
@@ -115,6 +116,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         notes += [f"{file.name}: {remark.text}." for remark in measured.remarks]
         notes += _of_other_name(file.name, measured, job)
         notes += [f"{file.name}: {unmatched} values are of no feature of the part."] if unmatched else []
+        notes += [f"{file.name}: {one.message} ({one.hint})." for one in other_nominals(profile, found)]
     if files and not matched and not touches:
         raise Code.MSR_NONE.refusal(
             f"{len(files)} files of readings hold 0 readings of the part",
