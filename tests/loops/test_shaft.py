@@ -142,6 +142,24 @@ def test_touches_and_readings_are_corrected_together(tmp_path: Path) -> None:
     assert 1e3 * model.curves[3].value_mm(10.0)[0] == pytest.approx(12.0, abs=1.5)
 
 
+@pytest.mark.parametrize("touched", ["", "a,shoulder-2,21,-80,0\nb,end-face,10,0,0\n"])
+def test_touches_on_faces_take_nothing_from_the_diameters(tmp_path: Path, touched: str) -> None:
+    """Seats of 44 and 36 mm 30 µm too large, the others 20: written that much smaller, whether faces are touched or
+    not.
+    """
+    readings = ALL_TOO_LARGE.replace("44.020", "44.030").replace("36.020", "36.030")
+    more = 'touches = "touches.csv"\n' if touched else ""
+    job = shaft_with(tmp_path, HEADER + readings, more)
+    (tmp_path / "touches.csv").write_text("point,feature,nominal_x_mm,nominal_z_mm,error_um\n" + touched)
+    job.write_text(job.read_text().replace("[compensation]\n", '[compensation]\nby = "contour"\n'))
+    correction = compensate(read_job(job).inputs)
+    programs = correction.source_program, correction.corrected_program
+    names = b"(SEAT 44)", b"(SEAT 36)", b"(JOURNAL 24)"
+    given, written = ([of_line(one, name)[0] for name in names] for one in programs)
+    assert np.subtract(given, written) == pytest.approx([0.015, 0.015, 0.010], abs=0.001)
+    assert correction.decision.offset_mm[0] == pytest.approx(-0.013, abs=1e-6)  # the mean of the five
+
+
 def test_readings_older_than_the_limit_are_refused(tmp_path: Path) -> None:
     day_old = (datetime.now(UTC) - timedelta(hours=30)).isoformat()
     job = shaft_with(tmp_path, SIX.replace("2026-11-20 09:40+01:00", day_old))

@@ -115,9 +115,44 @@ def test_each_touch_counts_by_its_own_uncertainty() -> None:
 
 def test_a_vague_place_on_a_cone_determines_no_offset_along_z() -> None:
     normals = np.array([[1.0, 0.0], [1.0, 0.0], [0.894, 0.447]])
-    decision = decide(np.array([0.0, 0.0, 0.036]), normals, np.array([1e-3, 1e-3, 0.134]), math.inf, 1e-4, 1.0)
+    errors_mm, sigma = np.array([0.0, 0.0, 0.036]), np.array([1e-3, 1e-3, 0.134])
+    decision = decide(errors_mm, normals, sigma, math.inf, 1e-4, 1.0, vague_mm=0.01)
     assert decision.offset_mm[0] == pytest.approx(0.0, abs=1e-4)
     assert decision.offset_mm[1] == 0.0 and "does not determine" in decision.z.words
+
+
+@pytest.mark.parametrize("of_faces", [1.0, 0.14, 0.001])
+def test_how_well_faces_are_known_has_no_part_in_whether_diameters_determine_x(of_faces: float) -> None:
+    """Diameters off by +15, +15, +10, +10 µm, each to 1 µm: −12.5 µm; χ² = 4 · 2.5² over 7 − 2: 1.96 · √5 · 1/√4 µm."""
+    normals = np.array([CYLINDER] * 4 + [FACE] * 3)
+    sigma = 1e-3 * np.array([1.0] * 4 + [of_faces] * 3)
+    off = 1e-3 * np.array([15.0, 15.0, 10.0, 10.0, -7.0, -7.0, -7.0])
+    found = decide(off, normals, sigma, math.inf, 1e-4, 1.0, "contour", vague_mm=0.01)
+    assert found.offset_mm == pytest.approx((-0.0125, 0.007), abs=1e-9)
+    assert found.x.expanded_u_mm == pytest.approx(1e-3 * 1.959964 * math.sqrt(5.0) / 2.0, rel=1e-6)
+    assert not found.x.enough and found.z.enough
+
+
+@pytest.mark.parametrize(("by", "then"), [("auto", "the contour is changed"), ("offset", "the offset all the same")])
+def test_what_deviates_where_no_offset_is_determined_is_the_contours(by: str, then: str) -> None:
+    """Two cones 5° apart: 1/sin 5° makes 1 µm into 8 µm along either axis. Of 50 µm left on nothing is called enough,
+    of what they scatter by it is.
+    """
+    leans = np.radians([45.0, 45.0, 50.0, 50.0])
+    normals = np.column_stack([np.cos(leans), np.sin(leans)])
+    found = decide(np.full(4, 0.05), normals, SIGMA_MM, math.inf, 1e-4, 1.0, by)
+    assert found.offset_mm == (0.0, 0.0) and not found.offset_is_enough
+    assert "Up to 50.0 µm remain at 4 touches" in found.x.words and then in found.x.words
+    assert decide(SIGMA_MM * np.array([1.0, -1.0, 0.5, 0.0]), normals, SIGMA_MM, math.inf, 1e-4, 1.0).offset_is_enough
+
+
+def test_readings_too_vague_for_an_offset_change_the_contour_where_they_deviate_by_more() -> None:
+    """One diameter to 30 µm beside a face: an offset along X is not worth it; 200 µm are, of which U holds nothing."""
+    normals, sigma = np.array([CYLINDER, FACE]), np.array([0.030, 0.001])
+    near, far = (decide(np.array([x, 0.0]), normals, sigma, math.inf, 1e-4, 1.0, vague_mm=0.01) for x in (0.04, 0.2))
+    assert near.offset_mm[0] == far.offset_mm[0] == 0.0
+    assert near.x.enough and not far.x.enough
+    assert "(± 58.8 µm)" in near.x.words and "(± 58.8 µm)" in far.x.words
 
 
 def test_false_alarms_are_as_rare_as_promised() -> None:

@@ -304,6 +304,7 @@ def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: 
         inputs.in_force.cut_with.offset_mm,
         contour,
         cuts_zero=counts_from_own_face(inputs.touches),
+        vague_mm=options.limits.scatter_mm,
         common_u_mm=options.between_cuts.common_difference_mm,
         known=by == "contour" and all(curve.from_memory for curve in model.curves),
     )

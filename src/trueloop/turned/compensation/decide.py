@@ -5,6 +5,7 @@ process repeats (one-sided F test on the variance ratio), or less than the contr
 coordinates stay as they are and the tool offset takes the correction.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -22,8 +23,8 @@ FACES_AXIS: Final = 0.05
 
 AXES: Final = ("X", "Z")
 DETERMINED: Final = 3.0
-"""An offset whose standard uncertainty is more than so many times that of a touch is not determined: it stays as it is.
-"""
+"""Where touches that are all alike would leave an offset more than so many times as uncertain as one of them, their
+normals do not determine it: it stays as it is. How well each touch is known has no part in that."""
 AS_NORMAL: Final = 1e9
 """Degrees of freedom at which Student's distribution is the normal one, to 1e-9."""
 
@@ -144,6 +145,7 @@ def decide(
     common_u_mm: float = 0.0,
     known: bool = False,
     cuts_zero: bool = False,
+    vague_mm: float = math.inf,
 ) -> Decision:
     """Fits one offset to all touches, each weighted by 1/σ², and tests its residuals over σ, axis by axis.
 
@@ -159,6 +161,8 @@ def decide(
     enough where it leaves no more than the control can resolve. U of an offset holds that, what the touches scatter
     by, and where they deviate from any offset by more, that scatter: √(χ²/ν) of it (Birge). `cuts_zero`: z counts from
     a face that this tool cuts: an offset along Z moves that face as well, changes no error, and is not fitted.
+    An offset is not determined, and stays, where the normals do not span its axis (`DETERMINED`), and where the touches
+    leave it a standard uncertainty above `vague_mm`. What touches of that axis alone deviate by is tested all the same.
     """
     informs = np.abs(outward_normal) > FACES_AXIS
     faces = np.any(informs, axis=0) & np.array([True, not cuts_zero])
@@ -168,24 +172,26 @@ def decide(
     weighted = outward_normal * weight_of[:, None]
     inverse = np.linalg.pinv(np.where(faces, weighted, 0.0), rcond=1e-9)
     variance = np.diag(_scattered(inverse, correlated))
-    determined = np.sqrt(np.diag(inverse @ inverse.T)) <= DETERMINED
+    spans = np.linalg.norm(np.linalg.pinv(np.where(faces, outward_normal, 0.0), rcond=1e-9), axis=1) <= DETERMINED
+    determined = spans & (touch_mm * np.linalg.norm(inverse, axis=1) <= vague_mm)
     if not np.all(determined):
         inverse = np.linalg.pinv(np.where(determined & faces, weighted, 0.0), rcond=1e-9)
     constants = inverse @ (weight_of * process_error_mm)
     left = process_error_mm - outward_normal @ constants
-    spare = len(left) - int(np.count_nonzero(determined & faces))
-    off = weight_of * left
+    alone = ~np.any(informs & determined & faces, axis=1)
+    spare = int(np.count_nonzero(~alone)) - int(np.count_nonzero(determined & faces))
+    off = (weight_of * left)[~alone]
     scatter_mm = max(touch_mm, float(np.sqrt(off @ off / spare)) if spare > 0 else 0.0)
     from_touches = float(stdtrit(min(degrees_of_freedom, AS_NORMAL), 0.975)) * scatter_mm * np.sqrt(variance)
     u_mm = np.hypot(from_touches, NORMAL_95 * common_u_mm)
     u_of = (float(u_mm[0]), None if cuts_zero else float(u_mm[1]))
+    how = degrees_of_freedom, resolution_mm, known
     x, z = (
         _decide_axis(
-            *(axis, left, sigma, informs[:, axis], 0.0 - weight * constants[axis], u_of[axis]),
-            *(degrees_of_freedom, resolution_mm, from_memory, known, by),
+            *(axis, left, sigma, informs[:, axis], 0.0 - weight * constants[axis], u_of[axis]), *(how, from_memory, by)
         )
         if determined[axis]
-        else _undetermined(axis, float(u_mm[axis]))
+        else _undetermined(axis, float(u_mm[axis]), _Test.of(left[alone], sigma[alone], 0, *how), by)
         for axis in range(2)
     )
     z = _from_own_face(z) if cuts_zero else z
@@ -211,6 +217,48 @@ def _scattered(inverse: Array, correlated: tuple[NDArray[np.intp], Array] | None
     return np.asarray(total)
 
 
+@dataclass(frozen=True)
+class _Test:
+    """The test of what an offset leaves at touches: `largest_mm` of it, and the probability of as much by chance."""
+
+    touches: int
+    sigma_mm: float
+    largest_mm: float
+    p_value: float
+    enough: bool
+
+    @classmethod
+    def of(
+        cls, left_mm: Array, sigma_mm: Array, fitted: int, degrees_of_freedom: float, resolution_mm: float, known: bool
+    ) -> "_Test":
+        """Of touches (n,) to which `fitted` constants were fitted."""
+        n = len(left_mm)
+        if n == 0:
+            return cls(touches=0, sigma_mm=0.0, largest_mm=0.0, p_value=math.nan, enough=True)
+        over, largest = max(n - fitted, 1), float(np.max(np.abs(left_mm)))
+        ratio = float(np.sum((left_mm / sigma_mm) ** 2)) / over if np.all(sigma_mm > 0.0) else math.inf
+        p_value = upper_tail(ratio, over, degrees_of_freedom)
+        return cls(
+            touches=n,
+            sigma_mm=float(np.median(sigma_mm)),
+            largest_mm=largest,
+            p_value=p_value,
+            enough=largest <= resolution_mm / 2 or (p_value > SIGNIFICANCE and not known),
+        )
+
+    def verdict(self, by: str) -> str:
+        """Describes the consequence."""
+        if self.enough:
+            return wording("the offset is enough and the contour stays as programmed")
+        if self.p_value > SIGNIFICANCE:
+            return wording("earlier parts tell the curve, which the contour follows")
+        if by == "offset":
+            return wording(
+                "that is more than the process scatters by itself; the job corrects by the offset all the same"
+            )
+        return wording("that is more than the process scatters by itself, so the contour is changed")
+
+
 def _decide_axis(
     axis: int,
     left_mm: Array,
@@ -218,65 +266,66 @@ def _decide_axis(
     informs: NDArray[np.bool_],
     offset_mm: float,
     expanded_u_mm: float | None,
-    degrees_of_freedom: float,
-    resolution_mm: float,
+    how: tuple[float, float, bool],
     from_memory: bool,
-    known: bool,
     by: str,
 ) -> AxisDecision:
-    name, n = AXES[axis], int(np.count_nonzero(informs))
-    if n == 0:
+    name, test = AXES[axis], _Test.of(left_mm[informs], sigma_mm[informs], 1, *how)
+    if test.touches == 0:
         words = wording("{axis}: no touch faces {axis}; it stays as it is.", axis=name)
         return AxisDecision(
             axis=name, enough=True, offset_mm=0.0, largest_left_mm=0.0, p_value=float("nan"), words=words
         )
-    left, sigma = left_mm[informs], sigma_mm[informs]
-    largest = float(np.max(np.abs(left)))
-    ratio = float(np.sum((left / sigma) ** 2)) / max(n - 1, 1) if np.all(sigma > 0.0) else float("inf")
-    p_value = upper_tail(ratio, max(n - 1, 1), degrees_of_freedom)
-    enough = largest <= resolution_mm / 2 or (p_value > SIGNIFICANCE and not known)
-    if enough:
-        verdict = wording("the offset is enough and the contour stays as programmed")
-    elif p_value > SIGNIFICANCE:
-        verdict = wording("earlier parts tell the curve, which the contour follows")
-    elif by == "offset":
-        verdict = wording(
-            "that is more than the process scatters by itself; the job corrects by the offset all the same"
-        )
-    else:
-        verdict = wording("that is more than the process scatters by itself, so the contour is changed")
-    touches = wording("{n} touches", n=n)
+    touches = wording("{n} touches", n=test.touches)
     words = wording(
         "{axis}: a constant offset of {offset} would leave up to {left} at {places}, where {sigma} (one standard "
         "deviation) is repeatability; {verdict} (p = {p:.2g}).",
         axis=name,
         offset=_offset_words(axis, offset_mm, expanded_u_mm),
-        left=Um(largest),
-        places=wording("{n} touches and places that earlier parts tell", n=n) if from_memory else touches,
-        sigma=Um(float(np.median(sigma))),
-        verdict=verdict,
-        p=p_value,
+        left=Um(test.largest_mm),
+        places=wording("{n} touches and places that earlier parts tell", n=test.touches) if from_memory else touches,
+        sigma=Um(test.sigma_mm),
+        verdict=test.verdict(by),
+        p=test.p_value,
     )
     return AxisDecision(
         axis=name,
-        enough=enough,
+        enough=test.enough,
         offset_mm=offset_mm,
-        largest_left_mm=largest,
-        p_value=p_value,
+        largest_left_mm=test.largest_mm,
+        p_value=test.p_value,
         words=words,
         expanded_u_mm=expanded_u_mm,
     )
 
 
-def _undetermined(axis: int, expanded_u_mm: float) -> AxisDecision:
-    """Returns the decision on an axis that the touches determine worse than they scatter: no offset."""
+def _undetermined(axis: int, expanded_u_mm: float, test: _Test, by: str) -> AxisDecision:
+    """Returns the decision on an axis along which the touches determine no offset: it stays, and what they deviate by
+    is the contour's.
+    """
     words = wording(
         "{axis}: what was measured does not determine an offset along {axis} (± {u}); it stays as it is.",
         axis=AXES[axis],
         u=Um(expanded_u_mm),
     )
+    if not test.enough:
+        words = wording(
+            "{words} Up to {left} remain at {places}, where {sigma} (one standard deviation) is repeatability; "
+            "{verdict} (p = {p:.2g}).",
+            words=words,
+            left=Um(test.largest_mm),
+            places=wording("{n} touches", n=test.touches),
+            sigma=Um(test.sigma_mm),
+            verdict=test.verdict(by),
+            p=test.p_value,
+        )
     return AxisDecision(
-        axis=AXES[axis], enough=True, offset_mm=0.0, largest_left_mm=0.0, p_value=float("nan"), words=words
+        axis=AXES[axis],
+        enough=test.enough,
+        offset_mm=0.0,
+        largest_left_mm=test.largest_mm,
+        p_value=test.p_value,
+        words=words,
     )
 
 
