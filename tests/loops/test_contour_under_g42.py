@@ -350,3 +350,49 @@ def test_a_corner_that_the_given_program_has_too_is_its_own() -> None:
     assert lines and require_nose_fits(found[1], np.array([7, 12]), found[0], 0.05) == tuple(lines)
     with pytest.raises(TrueloopError, match="does not fit into the corner"):
         require_nose_fits(found[1], np.array([7, 12]), found[0], 0.001)
+
+
+IN_INCH = """{head}
+G0 X1.0374 Z0.2362
+G0 X0.2500
+G42 G1 X0.2500 Z0.0000 F0.1
+G1 X1.2500 Z0.0000
+G3 X1.5000 Z-0.1250 I0.0000 K-0.1250
+G1 X1.5000 Z-1.8750
+G2 X1.7500 Z-2.0000 I0.1250 K0.0000
+G1 X2.0000 Z-2.0000
+G1 X2.0000 Z-3.0000
+G40 G1 X2.3150
+G0 X3.3996
+M2
+"""
+"""An edge and a fillet of R.125."""
+
+
+LINUXCNC_HEAD = "G18 G20 G7 G90 G40 T1 M6"
+
+
+@pytest.mark.parametrize(("dialect", "head", "step_in"), [
+    ("linuxcnc", LINUXCNC_HEAD, 1e-6),
+    ("fanuc-lathe", "G20 G18 G40 G99 T0101", 1e-4),
+    ("siemens", "G18 G70 G90 G40 DIAMON T1 D1", 1e-5),
+])  # fmt: skip
+def test_a_taper_error_opens_joins_of_arcs_that_no_control_refuses(
+    dialect: str, head: str, step_in: float, tmp_path: Path
+) -> None:
+    """The arcs of the corrected contour join to some hundredths of a degree. Fanuc and Sinumerik refuse no arc for what
+    compensation adds to it, LinuxCNC none before a tangent move."""
+    program = read_program(IN_INCH.format(head=head).encode(), dialect)
+    profile = contour_of_program(feed_moves(program.run()), 0.8).profile
+    touches = touches_on(profile)
+    x, z = touches.outward_normal.T
+    touches = replace(touches, error_mm=x * (0.015 - 0.012 * touches.nominal_mm[:, 1] / 50) + z * 0.006)
+    options = Options(by="contour")
+    correction = compensate(Inputs(PartType("part"), profile, 0.8, program, touches, options, NOW))
+    written = correction.corrected_program.decode()
+    assert sum(line.startswith(("G2 ", "G3 ")) for line in written.splitlines()) > 2, "arcs stay arcs"
+    begins, ends = written.index("G0 X1.0374"), written.index("G40 G1")
+    judged = f"{LINUXCNC_HEAD}\n{written[begins:ends]}G40 G1 X2.3150\nM2\n"
+    found = moved_mm(correction, judged, tmp_path)
+    assert np.abs(found - intended_mm(correction)).max() < WITHIN_MM + 25.4 * step_in
+    assert np.abs(intended_mm(correction)).max() > 0.02

@@ -128,3 +128,40 @@ def test_an_arc_grows_by_as_much_as_linuxcnc_bears(scale: float, turn_rad: float
     path, moves = judged(Case(("G20\n" if scale > 1 else "G21\n") + program, 17, 1.5, 0))
     assert isinstance(moves, ProgramRefusedError) == refused
     assert {found.code for found in path.findings} == ({Code.NC_GOUGE} if refused else set())
+
+
+@pytest.mark.parametrize("scale", [1.0, 25.4])
+@pytest.mark.parametrize(("corner_rad", "refused"), [(0.0, False), (0.01, False), (0.06, True)])
+def test_an_arc_is_not_bounded_where_a_line_goes_on_without_a_corner(
+    scale: float, corner_rad: float, refused: bool
+) -> None:
+    """As above, the arc 0.036 rad longer: LinuxCNC compares it before an outside corner, not before a tangent line."""
+    centre = (10 + 2.75 * math.sin(0.03), -2.75 * math.cos(0.03))
+    ends_at = math.pi / 2 + 0.03 - math.pi / 3
+    end = (centre[0] + 2.75 * math.cos(ends_at), centre[1] + 2.75 * math.sin(ends_at))
+    lengths = {"line": 10.0, "end": end, "arm": (centre[0] - 10, centre[1])}
+    way = ends_at - math.pi / 2 + corner_rad  # the tool is on the right: an outside corner turns left
+    on = [f"G1 X{(end[0] + 8 * math.cos(way)) / scale:.6f} Y{(end[1] + 8 * math.sin(way)) / scale:.6f}", "G40"]
+    program = LONGER.format(**{k: np.asarray(v) / scale for k, v in lengths.items()}).replace("G40", "\n".join(on))
+    text = ("G20\n" if scale > 1 else "G21\n") + program
+    path, moves = judged(Case(text, 17, 1.5, 0))
+    assert {found.code for found in path.findings} == ({Code.NC_GOUGE} if refused else set())
+    assert isinstance(moves, ProgramRefusedError) == refused
+    if not isinstance(moves, ProgramRefusedError):
+        assert_same_moves(path, moves)
+    fanuc = "G17 G90 " + text.replace("F100 T1 M6", "F100. T1 M6 D1").replace("G42\n", "G42 ")
+    siemens = fanuc.replace("G20\n", "G70\n").replace("G21\n", "G71\n")
+    for dialect, other in (("fanuc-mill", fanuc), ("siemens", siemens)):
+        driven = read_program(other.encode(), dialect).run(strict=False, tools=[CutterTool(1.5, 0)])
+        assert not [found for found in driven.findings if found.severity == Severity.ERROR], "a rule of LinuxCNC alone"
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc-mill", "siemens"])
+def test_an_arc_cut_back_beyond_its_beginning_is_refused_on_every_control(dialect: str) -> None:
+    """A tool of radius 3 mm inside an arc of 10 mm by 0.05 rad, then a corner to its side: the way to there is 3 mm."""
+    ends = f"X{10 + 10 * math.sin(0.05):.6f} Y{10 * math.cos(0.05) - 10:.6f}"
+    unit = "G71" if dialect == "siemens" else "G21"
+    text = f"{unit} G17 G90 F100. T1 M6 D1\nG42 G1 X10. Y0\nG2 {ends} I0 J-10.\nG1 Y-40.\nG40 G1 X-90.\nM2\n"
+    text = text.replace(" D1", "" if dialect == "linuxcnc" else " D1")
+    path = read_program(text.encode(), dialect).run(strict=False, tools=[CutterTool(3.0, 0)])
+    assert Code.NC_GOUGE in {found.code for found in path.findings}

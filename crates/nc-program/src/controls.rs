@@ -103,6 +103,9 @@ pub struct Rules {
     pub tip_in_front: bool,
     /// Compensation begins square to the second move's start; else square to the first move's end.
     pub enters_beside_next: bool,
+    /// Angle (rad) by which compensation may make an arc longer before a corner or its end: in a program in mm, and in
+    /// inch.
+    pub longer_arc: Option<[f64; 2]>,
     /// R of a drilling cycle counts from where the cycle begins, and one without Q makes no pecks.
     pub drills_from_start: bool,
     /// Pecks are by Q, or by I, J and K; K is no number of holes.
@@ -148,6 +151,7 @@ impl Rules {
         slash_within: false,
         tip_in_front: false,
         enters_beside_next: true,
+        longer_arc: None,
         drills_from_start: false,
         pecks_by_k: false,
         retracts_to_plane: false,

@@ -7,6 +7,8 @@
 //! tool leaves from where it stands. Compensation acts in the plane of arcs, G17 or G18; along the third axis, and
 //! where nothing is compensated, the path is the programmed one.
 
+use std::f64::consts::PI;
+
 use crate::compensation::offset::{dot, minus, plus, Planar};
 use crate::finding::{self, Finding, Severity};
 use crate::modes::modal::{Compensation, Modal};
@@ -17,10 +19,6 @@ use crate::shapes::arc::{self, Point};
 
 /// Turns below this (rad) are no corner to LinuxCNC.
 pub(crate) const NO_CORNER: f64 = 0.05;
-
-/// Sweep (rad) by which an arc may become longer than programmed in a program in mm, and in inch: LinuxCNC compares the
-/// sweep with a length of 0.001 inch in the unit of the program.
-const LONGER_ARC: [f64; 2] = [0.0254, 0.001];
 
 /// The path of the controlled point: the tool's centre, or the imaginary tip that its orientation says.
 pub fn compensated(path: &ToolPath, program: &Program, tools: &[Tool]) -> (ToolPath, Vec<Finding>) {
@@ -152,15 +150,20 @@ impl Compensator<'_> {
         }
     }
 
-    /// Reports a move that had to be cut back so far that it runs the other way.
-    pub fn check_way(&mut self, index: usize) {
+    /// Reports a move that had to be cut back so far that it runs the other way, an arc then nearly the whole circle.
+    /// `ends`: before a corner, or where compensation ends, LinuxCNC also bounds by how much an arc becomes longer.
+    pub fn check_way(&mut self, index: usize, ends: bool) {
         let Some(active) = &self.active else { return };
         let (open, axes) = (active.open, active.modal.plane.axes());
         let (Some(start), Some(end)) = (self.out.start.get(open), self.out.end.get(open)) else { return };
         let sweep = || self.out.arcs.iter().rev().find(|arc| arc.of_move == open).map_or(0.0, |arc| arc.sweep);
         let reached = match active.way {
             Way::By(way) => dot(way, [end[axes.0] - start[axes.0], end[axes.1] - start[axes.1]]) >= 0.0,
-            Way::Turn(turn) => sweep().abs() <= turn.abs() + LONGER_ARC[usize::from(active.modal.inch)],
+            Way::Turn(turn) => {
+                let longer = self.program.dialect().rules.longer_arc.filter(|_| ends);
+                let most = longer.map_or(PI - turn.abs() / 2.0, |most| most[usize::from(active.modal.inch)]);
+                sweep().abs() <= turn.abs() + most
+            }
         };
         if !reached {
             self.refuse_corner(index);

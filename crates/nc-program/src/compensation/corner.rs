@@ -30,9 +30,10 @@ impl Compensator<'_> {
         if inside {
             self.corner_inside(planar, last, next);
         } else {
-            self.check_way(planar.index);
+            let outside = turns_back || away > NO_CORNER;
+            self.check_way(planar.index, outside);
             self.settle();
-            if turns_back || away > NO_CORNER {
+            if outside {
                 self.corner_outside(planar, around);
             }
         }
@@ -69,7 +70,7 @@ impl Compensator<'_> {
         match meeting(last, next) {
             Some(crossing) => {
                 self.take_back(planar, crossing);
-                self.check_way(planar.index);
+                self.check_way(planar.index, true);
             }
             None => self.refuse_corner(planar.index),
         }

@@ -61,7 +61,7 @@ impl Compensator<'_> {
     /// Ends compensation. The controlled point of what was compensated is the tip.
     pub fn finish(&mut self) {
         if self.active.as_ref().is_some_and(|active| active.open < self.out.len()) {
-            self.check_way(self.last);
+            self.check_way(self.last, true);
         }
         let Some(active) = self.active.take() else { return };
         let tip = active.cutter.tip;
