@@ -273,3 +273,23 @@ def test_a_nominal_of_the_file_that_is_not_the_contours_is_named_with_both(tmp_p
         assert "'journal-24 diameter z -5' 24.0200 and 24.0000 mm; a correction counts from the contour's" in said
     job = shaft_with(tmp_path / "same", f"{header}seat-30,-20,30.030,30\njournal-24,-5,24.030,24.001\n")
     assert "another nominal" not in run("measure", "read", tmp_path / "same" / "readings.csv", "--job", job)
+
+
+@pytest.mark.parametrize(
+    ("half_um", "u_um", "outcome"), [(100, 1, "refused"), (100, 80, ""), (5, 1, "named"), (1, 1, ""), (5, 4, "")]
+)
+def test_readings_of_one_place_that_contradict_each_other(
+    tmp_path: Path, half_um: int, u_um: int, outcome: str
+) -> None:
+    """Two readings d apart, by hand: improbable beyond 3.9 √2 u; 200 µm scatter by 200/√2/2 = 70.7 µm on the radius."""
+    rows = "".join(f"seat-30,-20,{30.020 + sign * half_um / 1000:.3f},{u_um}\n" for sign in (1, -1))
+    others = "".join(f"{row},1\n" for row in ALL_TOO_LARGE.splitlines() if "seat-30" not in row)
+    job = shaft_with(tmp_path, "feature,z_mm,diameter_mm,uncertainty_um\n" + rows + others)
+    if outcome == "refused":
+        said = run("compensate", job, "--no-store", status=3)
+        assert "CMP-SCATTER: 2 readings of one place, 'seat-30 diameter z -20', from 29.9200 to 30.1200 mm" in said
+        assert "70.7 µm along the normal" in said
+        text = job.read_text(encoding="utf-8")
+        job.write_text(text.replace("[compensation]\n", "[compensation]\nmax_scatter_um = 80\n"), encoding="utf-8")
+    said = run("compensate", job, "--no-store")
+    assert ("are further apart than their standard uncertainty of 1.0 µm allows: their mean" in said) == bool(outcome)

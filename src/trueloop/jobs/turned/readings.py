@@ -11,6 +11,7 @@ from typing import Final
 
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection, Reading, Touch
+from trueloop.domain.option import Limits
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, Severity, in_file
@@ -28,6 +29,7 @@ from trueloop.turned.readings.matches import MatchedReading, feature_named, matc
 from trueloop.turned.readings.nominals import other_nominals
 from trueloop.turned.readings.observed import corrected, repeated
 from trueloop.turned.readings.of_this_part import check_matches
+from trueloop.turned.readings.repeats import check_repeats
 from trueloop.turned.readings.vectors import assumed_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
@@ -125,6 +127,8 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         )
     notes += assumed_words(matched, gauging.readings_u_mm)
     one_file = str(files[0]) if len(files) == 1 else None
+    with in_file(one_file):
+        notes += check_repeats(profile, matched, gauging, options_from(Limits, job))
     return ReadReadings(
         inspections=tuple(inspections),
         matched=tuple(matched),

@@ -66,12 +66,18 @@ def repeated(profile: Profile, readings: Sequence[MatchedReading], gauging: Gaug
     check_places(readings)
     nominal = [nominal_of(profile, one) for one in readings]
     check_sizes(readings, nominal, gauging.allowance_mm)
-    groups: defaultdict[tuple[object, ...], list[tuple[MatchedReading, float]]] = defaultdict(list)
-    for one, expected in zip(readings, nominal, strict=True):
-        place = (one.feature_index, one.other_index, one.reading.quantity, one.reading.place_mm)
-        groups[place].append((one, one.reading.actual - expected))
-    spread = {unit: _pooled_spread(unit, list(groups.values())) for unit in ("mm", "deg")}
-    return tuple(_together(group, spread, gauging.readings_u_mm) for group in groups.values())
+    expected = {id(one): value for one, value in zip(readings, nominal, strict=True)}
+    groups = [[(one, one.reading.actual - expected[id(one)]) for one in group] for group in in_one_place(readings)]
+    spread = {unit: _pooled_spread(unit, groups) for unit in ("mm", "deg")}
+    return tuple(_together(group, spread, gauging.readings_u_mm) for group in groups)
+
+
+def in_one_place(readings: Sequence[MatchedReading]) -> list[list[MatchedReading]]:
+    """Returns readings of one characteristic in one place together, in the order of the first of each."""
+    groups: defaultdict[tuple[object, ...], list[MatchedReading]] = defaultdict(list)
+    for one in readings:
+        groups[one.feature_index, one.other_index, one.reading.quantity, one.reading.place_mm].append(one)
+    return list(groups.values())
 
 
 def _pooled_spread(unit: str, groups: Sequence[Sequence[tuple[MatchedReading, float]]]) -> float:
@@ -84,10 +90,15 @@ def _pooled_spread(unit: str, groups: Sequence[Sequence[tuple[MatchedReading, fl
 
 def _together(group: Sequence[tuple[MatchedReading, float]], spread: dict[str, float], assumed_u_mm: float) -> Repeated:
     unit = group[0][0].reading.quantity.unit
-    assumed = assumed_u_mm if unit == "mm" else math.degrees(assumed_u_mm / 10.0)
-    stated = max(assumed if one.reading.standard_u is None else one.reading.standard_u for one, _ in group)
+    stated = stated_u([one for one, _ in group], assumed_u_mm)
     mean = math.fsum(value for _, value in group) / len(group)
     return Repeated(group[0][0], mean, math.hypot(stated, spread[unit] / math.sqrt(len(group))), len(group))
+
+
+def stated_u(group: Sequence[MatchedReading], assumed_u_mm: float) -> float:
+    """Returns the largest standard uncertainty that readings of one kind state, mm or degrees; else the assumed one."""
+    assumed = assumed_u_mm if group[0].reading.quantity.unit == "mm" else math.degrees(assumed_u_mm / 10.0)
+    return max(assumed if one.reading.standard_u is None else one.reading.standard_u for one in group)
 
 
 def seen_by(profile: Profile, one: Repeated, datum: int | None) -> Seen:
