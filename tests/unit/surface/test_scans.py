@@ -265,6 +265,26 @@ def test_a_scan_needs_its_unit_and_its_frame_and_has_to_be_where_the_face_is(tmp
     assert "gauging.columns" in caught.value.hint
 
 
+@pytest.mark.parametrize(
+    ("per_mm", "unit", "hint"),
+    [
+        (1 / 25.4, "mm", 'gauging.unit = "inch"'),
+        (1.0, "inch", 'gauging.unit = "mm"'),
+        (1e-3, "mm", "they are in m: write them in mm"),
+        (1e3, "mm", "they are in µm: write them in mm"),
+    ],
+)
+def test_a_scan_in_another_unit_is_told_which(tmp_path: Path, per_mm: float, unit: str, hint: str) -> None:
+    """Points of the face alone, as a cloud: too wide for it, or a cluster in its corner."""
+    x, y = (grid.ravel() for grid in np.meshgrid(*[np.linspace(1.0, SIDE_MM - 1, 25)] * 2))
+    rows = per_mm * np.column_stack([x, y, height_mm(x, y) + left_mm(x, y)])
+    np.savetxt(tmp_path / "P1.xyz", rows, "%.9f")
+    with pytest.raises(TrueloopError) as caught:
+        inputs = read_surface(_job(tmp_path, f'points = ["P1.xyz"]\nalignment = "datum"\nunit = "{unit}"')).inputs
+        list(deviations_of(inputs.surface, inputs.parts, inputs.options))
+    assert caught.value.code is Code.SRF_UNIT and hint in caught.value.hint
+
+
 @pytest.mark.parametrize(("decimals", "columns"), [(6, ""), (4, "columns = [1, 2, 3]"), (3, "")])
 def test_nominal_points_beside_a_column_of_deviations_are_no_scan(tmp_path: Path, decimals: int, columns: str) -> None:
     """They would be a part without errors; its measured points, as few decimals as they have, are one."""

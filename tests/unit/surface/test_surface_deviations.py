@@ -50,6 +50,27 @@ def test_a_best_fit_takes_out_location_and_orientation_and_nothing_else() -> Non
     assert np.std(bound.error_mm) > 3 * np.std(fitted.error_mm)
 
 
+def test_a_chip_on_a_few_points_does_not_move_the_best_fit() -> None:
+    """0.3 mm on four points beside each other: the fit is that of the other 621."""
+    moved = centres(2.0) @ Rotation.from_rotvec([0.001, -0.002, 0.0015]).as_matrix().T + [0.03, -0.02, 0.05]
+    chip = [52, 53, 77, 78]
+    chipped, without = moved.copy(), moved.copy()
+    chipped[chip] += 0.3 * NORMAL[chip]
+    without[chip] = np.nan
+    found = surface_deviations(SURFACE, MeasuredPoints(chipped, 2.0, (25, 25), "A"), fit=True)
+    judge = surface_deviations(SURFACE, MeasuredPoints(without, 2.0, (25, 25), "A"), fit=True)
+    others = np.setdiff1d(np.arange(625), chip)
+    np.testing.assert_allclose(found.error_mm[others], judge.error_mm[others], atol=1e-8)
+    np.testing.assert_allclose(found.error_mm[chip], 0.3 + ERROR[chip], atol=0.01)
+    (finding,) = (one for one in found.findings if one.code is Code.SRF_OFF)
+    assert finding.severity is Severity.WARNING and "4 of 625 points of 'A' stand far off" in finding.message
+    wide = moved.copy()
+    wide[:100] += 0.3 * NORMAL[:100]  # a sixth of the part is form
+    assert not any(
+        one.code is Code.SRF_OFF for one in surface_deviations(SURFACE, MeasuredPoints(wide, 2.0), fit=True).findings
+    )
+
+
 def test_what_the_surface_does_not_determine_stays_where_it_was() -> None:
     ball = sphere()
     u, v = RNG.uniform(0.05, 0.95, (2, 300))

@@ -9,12 +9,13 @@ import numpy as np
 
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
-from trueloop.errors import Code, Place, in_file
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.inspections.scan import is_scan, read_scan
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.option_tables import options_from
-from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface import Surface, closest
+from trueloop.surface.deviations.plausibility import refuse_unit
 from trueloop.surface.deviations.points import MeasuredPoints, on_face
 from trueloop.surface.on_face import Trim
 from trueloop.surface.options import SurfaceOptions
@@ -101,7 +102,13 @@ def read_measured(path: Path, job: SurfaceJobFile, surface: Surface, trim: Trim 
     ball_radius_mm, at = gauging.ball_radius_mm, (path.stem, str(path), scan.lines)
     measured = MeasuredPoints(scan.points_mm, ball_radius_mm, None, *at, rounding_mm=scan.rounding_mm)
     with in_file(str(path)):
-        return on_face(surface, measured, scan.normal, options_from(SurfaceOptions, job).farthest_mm, trim)
+        try:
+            return on_face(surface, measured, scan.normal, options_from(SurfaceOptions, job).farthest_mm, trim)
+        except TrueloopError as refused:
+            if refused.code is Code.SRF_OFF:
+                error = closest(surface, measured.points_mm).distance_mm - ball_radius_mm
+                refuse_unit(surface, measured.points_mm, error, ball_radius_mm, measured.name)
+            raise
 
 
 def inspection_of(job: SurfaceJobFile, measured: MeasuredPoints, sha256: str) -> Inspection:

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Flags
 from trueloop.errors import Code
 from trueloop.geometry.surface import Feet, Surface, closest
 from trueloop.statistics import rms
@@ -25,6 +25,14 @@ RESOLUTION_MM: Final = 1e-5
 """Points are written with no more digits: a motion is never known finer."""
 BENDS: Final = 4
 """Highest degree of the surfaces by which the form's size is judged: bends as wide as those a motion makes."""
+STANDS_OFF: Final = 8.0
+"""Standard deviations, as the median has them, by which a point stands off the others."""
+LEAST_OFF_MM: Final = 0.05
+"""… and so much at least: a smaller local bulge may be form, and moves a fit little."""
+NORMAL_MEDIAN: Final = 0.6745
+"""Median of the normal distribution's magnitudes, in standard deviations."""
+FEW: Final = 0.05
+"""A larger share of the points is form, not a chip."""
 PARTS: Final = 0.5
 """A component of a unit motion below this is not named."""
 MOTIONS: Final = ("along x", "along y", "along z", "about x", "about y", "about z")
@@ -105,13 +113,52 @@ def count_told(motions: RigidMotions, form: float, setup_mm: float) -> int:
 
 def best_fit(
     surface: Surface, points_mm: Array, ball_radius_mm: float, feet: Feet, setup_mm: float = SETUP_MM, name: str = ""
-) -> tuple[Alignment, Feet]:
-    """The rigid motion of the points that makes the sum of their squared normal deviations least, and their feet then.
+) -> tuple[Alignment, Feet, Flags]:
+    """The rigid motion of the points that makes the sum of their squared normal deviations least, their feet then, and
+    which points (n,) do not count for it: few that stand off far more than the others scatter, as on a chip.
+
+    Raises SRF-SETUP for a part that would have to be moved farther than `setup_mm`.
+    """
+    aside: Flags = np.zeros(len(points_mm), dtype=np.bool_)
+    for _ in range(ROUNDS):
+        kept = ~aside
+        own = closest(surface, points_mm[kept], (feet.u[kept], feet.v[kept])) if np.any(aside) else feet
+        alignment, there, moved_mm = _fitted(surface, points_mm[kept], ball_radius_mm, own, setup_mm)
+        if np.any(aside):
+            there = closest(surface, alignment.apply(points_mm), (feet.u, feet.v))
+        error = there.distance_mm - ball_radius_mm
+        off = np.abs(error - np.median(error)) > stands_off_mm(error)
+        if np.count_nonzero(off) > FEW * len(off):
+            off[:] = False
+        if np.array_equal(off, aside):
+            break
+        aside = off
+    far = int(np.argmax(np.abs(moved_mm)))
+    if abs(moved_mm[far]) > setup_mm:
+        raise Code.SRF_SETUP.refusal(
+            f"the best fit would move the points of {name!r} by {abs(moved_mm[far]):.3f} mm {MOTIONS[far]}; the set-up "
+            f"is off by {setup_mm:g} mm at most",
+            hint="an error so large is one of the part, or the part sat worse than that: say how far it may sit off",
+            override="gauging.setup_mm in the job",
+            values={"part": name, "setup_mm": setup_mm},
+        )
+    return alignment, there, aside
+
+
+def stands_off_mm(error_mm: Array) -> float:
+    """Returns how far from their middle a point stands off the others, by what most of them scatter about it, mm."""
+    scatter = float(np.median(np.abs(error_mm - np.median(error_mm)))) / NORMAL_MEDIAN
+    return max(STANDS_OFF * scatter, LEAST_OFF_MM)
+
+
+def _fitted(
+    surface: Surface, points_mm: Array, ball_radius_mm: float, feet: Feet, setup_mm: float
+) -> tuple[Alignment, Feet, Array]:
+    """The best fit of all of the points, their feet then, and how far it moves them (6,), mm.
 
     `setup_mm` is how far the set-up may be off: a shift, or what a turn moves the points by in the mean. Motions that
     the points tell worse than to a third of it stay as they are: left out, one costs no more than what the set-up made
-    of it; taken out, what the form happens to have of its shape. Gauss–Newton. Raises SRF-SETUP for a part that would
-    have to be moved farther than `setup_mm`.
+    of it; taken out, what the form happens to have of its shape. Gauss–Newton.
     """
     centre = np.mean(points_mm, axis=0)
     spread = spread_of(points_mm, centre)
@@ -127,19 +174,10 @@ def best_fit(
         feet = closest(surface, alignment.apply(points_mm), (feet.u, feet.v))
         if np.max(np.abs(step)) < STILL_MM:
             break
-    far = int(np.argmax(np.abs(moved_mm)))
-    if abs(moved_mm[far]) > setup_mm:
-        raise Code.SRF_SETUP.refusal(
-            f"the best fit would move the points of {name!r} by {abs(moved_mm[far]):.3f} mm {MOTIONS[far]}; the set-up "
-            f"is off by {setup_mm:g} mm at most",
-            hint="an error so large is one of the part, or the part sat worse than that: say how far it may sit off",
-            override="gauging.setup_mm in the job",
-            values={"part": name, "setup_mm": setup_mm},
-        )
     left = tuple(
         _named(*each) for each in zip(motions.motion[count:], motions.uncertainty_mm(form)[count:], strict=True)
     )
-    return Alignment("best fit", alignment.rotation, alignment.shift_mm, centre, left), feet
+    return Alignment("best fit", alignment.rotation, alignment.shift_mm, centre, left), feet, moved_mm
 
 
 def _named(motion: Array, uncertainty_mm: float) -> str:

@@ -10,12 +10,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Finding, Severity, in_file
 from trueloop.geometry.surface import Feet, Surface, closest
-from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, best_fit
+from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, best_fit, stands_off_mm
 from trueloop.surface.deviations.plausibility import findings_of, refuse_outside, refuse_twice, reported_twice
 from trueloop.surface.deviations.points import MeasuredPoints, averaged, first_of_place
+from trueloop.units import UM_PER_MM
 
 PLACES = 60
 
@@ -116,8 +117,8 @@ def surface_deviations(
         found = findings_of(surface, points, there, feet, farthest_mm, bound=not fit)
         alignment = DATUM
         if fit:
-            alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
-            found += tuple(_left(points.name, alignment, setup_mm))
+            alignment, feet, aside = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
+            found += (*_left(points.name, alignment, setup_mm), *_aside(points, there, feet, aside))
         findings = tuple(one.in_file(points.file) for one in found)
         return _once(points, _filled(points, there, feet, alignment, findings))
 
@@ -143,6 +144,24 @@ def _left(name: str, alignment: Alignment, setup_mm: float) -> Iterator[Finding]
             f"its points do not tell them well enough for a set-up that is off by {setup_mm:g} mm at most "
             "(gauging.setup_mm); taken out, they would take form with them",
             values={"part": name, "setup_mm": setup_mm},
+        )
+
+
+def _aside(points: MeasuredPoints, there: Flags, feet: Feet, aside: Flags) -> Iterator[Finding]:
+    """Reports points that do not count for the best fit."""
+    if np.any(aside):
+        error = feet.distance_mm - points.ball_radius_mm
+        worst = int(np.argmax(np.where(aside, np.abs(error), 0.0)))
+        number = int(np.flatnonzero(there)[worst]) + 1
+        x, y, z = feet.point_mm[worst]
+        yield Finding(
+            Severity.WARNING,
+            Code.SRF_OFF,
+            f"{np.count_nonzero(aside)} of {len(aside)} points of {points.name!r} stand far off the others, by up to "
+            f"{UM_PER_MM * error[worst]:+.1f} µm (x {x:.3f}, y {y:.3f}, z {z:.3f} mm): the best fit leaves them out",
+            "look at these touches: a chip or dirt is no form; leave them out of the file where they are",
+            points.place(number),
+            values={"part": points.name, "limit_mm": stands_off_mm(error)},
         )
 
 

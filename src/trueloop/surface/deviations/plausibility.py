@@ -30,7 +30,7 @@ def findings_of(
     xyz, radius = points.points_mm[there], points.ball_radius_mm
     number = np.flatnonzero(there) + 1
     error = feet.distance_mm - radius
-    _refuse_unit(surface, xyz, error, radius, points.name)
+    refuse_unit(surface, xyz, error, radius, points.name)
     # Ball centres inside the material: the normal points the wrong way
     middle = float(np.median(feet.distance_mm))
     if radius > 0 and abs(middle + radius) < 0.5 * radius:
@@ -58,19 +58,32 @@ def findings_of(
     return tuple(found)
 
 
-def _refuse_unit(surface: Surface, xyz: Array, error: Array, radius: float, name: str) -> None:
+CLUSTER: Final = 0.1
+"""Points as wide as a smaller share of the face are likely in another unit, however near it they are."""
+UNITS: Final = (
+    (MM_PER_INCH, 'they are in inch: for a scan, gauging.unit = "inch" in the job; else write them in mm'),
+    (1 / MM_PER_INCH, 'they are in mm and were read as inch: gauging.unit = "mm" in the job'),
+    (1 / UM_PER_MM, "they are in µm: write them in mm"),
+    (UM_PER_MM, "they are in m: write them in mm"),
+)
+"""Factors to mm, and what they say."""
+
+
+def refuse_unit(surface: Surface, xyz: Array, error: Array, radius: float, name: str) -> None:
     """Points that, read in another unit, are about as large as the surface and fit it far better."""
     off = float(np.median(np.abs(error)))
     size = float(np.linalg.norm(np.ptp(surface.control_mm.reshape(-1, 3), axis=0)))
-    if off < 1e-3 * size:
+    if off < 1e-3 * size and float(np.linalg.norm(np.ptp(xyz, axis=0))) > CLUSTER * size:
         return
-    for factor, unit in ((MM_PER_INCH, "inch"), (1 / MM_PER_INCH, "mm read as inch"), (1 / UM_PER_MM, "µm")):
+    for factor, hint in UNITS:
         some = xyz[:: max(1, len(xyz) // 200)] * factor
         share = float(np.linalg.norm(np.ptp(some, axis=0))) / size
-        if 0.3 < share < 1.5 and np.median(np.abs(closest(surface, some).distance_mm - radius)) < 0.05 * off:
+        fits = np.median(np.abs(closest(surface, some).distance_mm - radius))
+        if 0.3 < share < 1.5 and fits < max(0.05 * off, 1e-3 * size):
             raise Code.SRF_UNIT.refusal(
-                f"the points of {name!r} deviate by {off:.3f} mm; multiplied by {factor:g} they fit",
-                hint=f"the unit is not mm but {unit}: write the points in mm",
+                f"the points of {name!r} are {off:.3f} mm off the surface and as wide as {share / factor:.2g} of it; "
+                f"multiplied by {factor:g} they fit",
+                hint=hint,
                 values={"part": name},
             )
 
