@@ -50,6 +50,7 @@ impl Lexer<'_> {
     fn listed(&mut self, start: usize, end: usize, index: usize) {
         let name = self.dialect.names.get(index).unwrap_or(Name::Inert);
         let end = match name {
+            Name::Address(b'T') if self.calls_no_tool(end) => end,
             Name::Address(letter) | Name::Increment(letter) => {
                 let equals = self.scanner.skip_space(end);
                 let value = if self.source.get(equals) == Some(&b'=') { equals + 1 } else { end };
@@ -69,6 +70,12 @@ impl Lexer<'_> {
             },
         };
         self.push(start, end, 0, WordKind::Name, index as f64);
+    }
+
+    /// Whether the call of a tool of Klartext names none: `TOOL CALL S2000` changes what it names.
+    fn calls_no_tool(&self, end: usize) -> bool {
+        let next = self.source.get(self.scanner.skip_space(end)).map(u8::to_ascii_uppercase);
+        self.dialect.flow == FlowStyle::Labels && matches!(next, Some(b'S' | b'F'))
     }
 
     /// One past the text that a byte belongs to, up to the first parameter that gets a value in the same line.

@@ -34,7 +34,13 @@ from trueloop.nc.program.along import FeedMove, feed_moves, path_mode_findings
 from trueloop.nc.program.called import Called, CutterTool, called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
-from trueloop.nc.program.understood import require_known_frame, require_sound, require_understood, require_unturned
+from trueloop.nc.program.understood import (
+    require_known_frame,
+    require_seen,
+    require_sound,
+    require_understood,
+    require_unturned,
+)
 from trueloop.turned.compensation.shift import ZERO, Shift
 from trueloop.turned.compensation.targets import Cut
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -183,7 +189,9 @@ def commanded(
         other, _ = _matched(force.program, before, replace(run, lines=force.lines), profile, nose_radius_mm, 0.0)
     resolution_mm = program.dialect.step_mm(bool(path.inch[match.features[0].moves[0].move.index]))
     with in_file(program.file):
-        require_unturned(path, [m.move.index for feature in match.features for m in feature.moves])
+        corrected = [m.move.index for feature in match.features for m in feature.moves]
+        require_unturned(path, corrected)
+        require_seen(program, path, corrected, "XZ")
     finish = tuple(of_contour(feature, resolution_mm) for feature in match.features)
     measured = tuple(map(of_surface, other.features))
     slips = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, finish, strict=True)]

@@ -32,7 +32,13 @@ from trueloop.nc.edit.shape_words import require_own_shape
 from trueloop.nc.program.along import points_along, said_ends
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion, ToolPath
-from trueloop.nc.program.understood import require_known_frame, require_plain_frame, require_sound, require_understood
+from trueloop.nc.program.understood import (
+    require_known_frame,
+    require_plain_frame,
+    require_seen,
+    require_sound,
+    require_understood,
+)
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.surface.compensation.cutter import Cutter, ToolAxes, check_tool_axes, contacts, edge_centres_mm, tool_axes
 from trueloop.surface.compensation.placed import looked_at, on_surface, require_one_zero, require_same_shifts, shifts_mm
@@ -194,6 +200,7 @@ def corrected_program(
     ends, between = _targets(shifts_mm(path, job), samples, job.tolerance_mm)
     touched = {move + step for move in ends for step in (0, 1)} | between.keys()
     require_plain_frame(path, sorted(ends))
+    require_seen(program, path, sorted(ends), "XYZ")
     require_own_shape(program, path, sorted(touched & set(range(len(path)))))
     require_arcs_stay(program, path, ends)
     edits = [*_mark(program, record_id), *_edits(program, path, samples.axes, ends, between)]
