@@ -63,7 +63,7 @@ def weighted(
 ) -> Weighted:
     """Of n values that are `off_mm` (n,) from what is expected, with the noise (n,) in their covariance (n, n)."""
     gross, scales = np.zeros(len(off_mm)), np.ones(len(heavy))
-    for _ in range(ROUNDS):
+    for k in range(ROUNDS):
         more = more_noise(noise_mm2, gross, catalogue)
         covariance = covariance_mm2 + np.diag(more)
         for one, scale in zip(heavy, scales, strict=True):
@@ -78,7 +78,8 @@ def weighted(
         new = np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
         wider = np.array([_scale(one, scale, solved, inverse) for one, scale in zip(heavy, scales, strict=True)])
         stands = np.max(np.abs(new - gross), initial=0.0) < STANDS
-        if stands and np.max(np.abs(wider / scales - 1.0), initial=0.0) < STANDS:
+        stands = stands and np.max(np.abs(wider / scales - 1.0), initial=0.0) < STANDS
+        if stands or k == ROUNDS - 1:  # scales and weights that stay are those of the factor
             break
         gross, scales = 0.5 * (gross + new), wider
     return Weighted(factor, scales, gross, left_out, np.sqrt(good))

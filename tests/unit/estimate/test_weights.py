@@ -7,6 +7,7 @@ from tests.support.cut_places import CYLINDER, FACE, places, touches
 from trueloop.estimate.catalogue import turned_catalogue
 from trueloop.estimate.places import joined
 from trueloop.estimate.state import State
+from trueloop.estimate.weights import Heavy, more_noise, weighted
 
 CATALOGUE = turned_catalogue()
 ANGLES = np.linspace(FACE, CYLINDER, 20)
@@ -50,3 +51,17 @@ def test_a_feature_of_one_part_that_is_tilted_has_no_gross_touches() -> None:
     assert np.max(updated.gross) < 0.5
     mean = updated.state.predict(places(FACE, 50, [0.1, 0.9], 1)).mean_mm
     assert mean[1] - mean[0] == pytest.approx(0.048, abs=0.005)
+
+
+@pytest.mark.parametrize("off_um", [(0, 40, 30, 0, 60, 10), (0, 60, 60, 0, 60, 60)])
+def test_weights_and_scales_that_do_not_come_to_rest_are_those_of_the_factor(off_um: tuple[int, ...]) -> None:
+    """Two features of three touches, 2 µm for each, 8 µm for both, noise 1 µm. With scales of a round later than the
+    factor's more variance is taken away than there is, and the next part ends in a matrix that is not positive.
+    """
+    noise, level = np.full(6, 1e-6), np.kron(np.eye(2), np.ones((3, 1)))
+    covariance = np.diag(noise) + 64e-6 + 4e-6 * level @ level.T
+    heavy = [Heavy(level[:, [k]], np.array([4e-6]), 3.0) for k in (0, 1)]
+    found = weighted(covariance, noise, 1e-3 * np.array(off_um), CATALOGUE, heavy)
+    of_features = level @ np.diag(4e-6 * (found.scales - 1.0)) @ level.T
+    expected = covariance + np.diag(more_noise(noise, found.gross, CATALOGUE)) + of_features
+    np.testing.assert_allclose(found.factor @ found.factor.T, expected, rtol=1e-9)
