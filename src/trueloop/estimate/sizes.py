@@ -104,12 +104,13 @@ def _most_probable(badness: "Badness", catalogue: Catalogue, start: Sizes, round
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Coefficients of one term and scope: rows that follow them, by how much (k, m).
+    """Coefficients of one term and scope: by how much k rows follow them (k, m), and where in a matrix these rows and
+    their columns are: as a view of it where they stand side by side, which takes a tenth of the time.
 
     `earliest` (k, k): of two rows, the earlier time of the term's clock, since the first; 1 of a term without a walk.
     """
 
-    rows: np.ndarray[Any, np.dtype[np.intp]]
+    where: tuple[Any, ...]
     design: Array
     earliest: Array
 
@@ -254,22 +255,28 @@ def _blocks(term: Term, observed: Observed, far: Mapping[Key, float]) -> list[_B
         rows, design = at[some], design[some]
         if len(rows):
             since = np.ones(1) if times is None else times[rows] - np.min(times[rows])
-            found.append(_Block(rows, design, np.minimum.outer(since, since)))
+            found.append(_Block(_square(rows), design, np.minimum.outer(since, since)))
     return found
+
+
+def _square(rows: np.ndarray[Any, np.dtype[np.intp]]) -> tuple[Any, ...]:
+    together = slice(int(rows[0]), int(rows[-1]) + 1)
+    side_by_side = together.stop - together.start == len(rows)
+    return (together, together) if side_by_side else np.ix_(rows, rows)
 
 
 def _add(covariance: Array, spread: Array, blocks: Sequence[_Block], walking: bool) -> None:
     for block in blocks:
         scaled = block.design * spread
         own = scaled @ scaled.T
-        covariance[np.ix_(block.rows, block.rows)] += own * block.earliest if walking else own
+        covariance[block.where] += own * block.earliest if walking else own
 
 
 def _pulled(pull: Array, blocks: Sequence[_Block], walking: bool) -> Array:
     """Returns ∂(−log p)/∂v of every coefficient's variance, summed over blocks, (m,)."""
     total = np.zeros(blocks[0].design.shape[1])
     for block in blocks:
-        own = pull[np.ix_(block.rows, block.rows)]
+        own = pull[block.where]
         own = own * block.earliest if walking else own
         total += 0.5 * np.einsum("ij,ij->j", own @ block.design, block.design)
     return total
@@ -282,10 +289,17 @@ def _outliers(catalogue: Catalogue, sizes: Sizes, parts: Sequence[Observed]) -> 
     """
     whole = {term.name for term in catalogue.terms if term.scope == (PART,)}
     state, more, far = State.before(catalogue, sizes), list[Array](), dict[Key, float]()
-    for one in parts:
+    for one, following in zip(parts, [*parts[1:], None], strict=True):
         updated = state.given(one)
         gross, noise = np.where(updated.gross > 0.5, updated.gross, 0.0), np.diag(updated.state.noise_mm2(one))
         more.append(more_noise(noise, gross, catalogue))
         far |= {key: scale for key, scale in updated.scales.items() if scale > FAR and key[0] in whole}
         state = updated.state
+        if following is not None and not _of_one_part(one, following):
+            state = state.without_parts()
     return np.concatenate(more), far
+
+
+def _of_one_part(one: Observed, other: Observed) -> bool:
+    own, others = (set(each.places.columns.get(PART, np.zeros(0)).tolist()) for each in (one, other))
+    return bool(own & others)

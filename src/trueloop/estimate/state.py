@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from trueloop.arrays import Array, by_content
@@ -83,19 +84,21 @@ class State:
         error.
         """
         state = self.at(observed.places)
-        rows = observed.of(state.design(observed.places))
-        noise, off = state.noise_mm2(observed), observed.value_mm - rows @ state.mean
-        innovation = Normal(off, rows @ state.covariance @ rows.T + noise)
+        noise, rows = state.noise_mm2(observed), observed.of(state.design(observed.places))
+        followed = _followed(rows)
+        gain = rows[:, followed] @ state.covariance[followed]
+        off = observed.value_mm - rows @ state.mean
+        innovation = Normal(off, gain[:, followed] @ rows[:, followed].T + noise)
         scales = dict[Key, float]()
+        where = state._unobserved_heavy() if robust else []
         if robust:
-            where = state._unobserved_heavy()
-            heavy = [Heavy(rows[:, at], np.diag(state.covariance)[at], tail) for _, at, tail in where]
+            variance = np.diag(state.covariance)
+            heavy = [Heavy(rows[:, at], variance[at], tail) for _, at, tail in where]
             found = weighted(innovation.covariance_mm2, np.diag(noise), off, self.catalogue, heavy)
-            state = state._scaled([at for _, at, _ in where], found.scales)
             scales = dict(zip((key for key, _, _ in where), found.scales.tolist(), strict=True))
         else:
             found = plain(innovation.covariance_mm2, off)
-        after = state._after(state.covariance @ rows.T, off, found)
+        after = state._after(gain, off, found, [at for _, at, _ in where])
         return Updated(
             state=after,
             innovation=innovation,
@@ -129,11 +132,17 @@ class State:
         rows = state.design(places, terms)
         if functional is not None:
             rows = functional @ rows
-        covariance = rows @ state.covariance @ rows.T
+        covariance = state.covariance_of(rows)
         if repeatability and terms is None:
             scatter = self.catalogue.repeatability_mm2(places, self.sizes)
             covariance = covariance + _scattered(scatter, functional)
         return Normal(rows @ state.mean, covariance)
+
+    def covariance_of(self, rows: Array) -> Array:
+        """Returns the covariance (n, n) of functionals of the coefficients, (n, m)."""
+        followed = _followed(rows)
+        rows = rows[:, followed]
+        return np.asarray(rows @ self.covariance[np.ix_(followed, followed)] @ rows.T)
 
     def at(self, places: Places) -> "State":
         """Returns the state with coefficients for everything that these places refer to, and random walks at the
@@ -203,15 +212,27 @@ class State:
 
     def _scaled(self, blocks: Sequence[slice], scales: Array) -> "State":
         """Returns the state with other variances of coefficients that are independent of all others."""
+        if not blocks:
+            return self
         covariance = self.covariance.copy()
         for where, scale in zip(blocks, scales, strict=True):
             covariance[where, where] *= scale
         return replace(self, covariance=covariance)
 
-    def _after(self, gain: Array, off: Array, found: Weighted) -> "State":
-        drawn = solve_triangular(found.factor, gain.T, lower=True, check_finite=False)
+    def _after(self, gain: Array, off: Array, found: Weighted, scaled: Sequence[slice]) -> "State":
+        """Returns the state given values that follow the coefficients with the covariance `gain` (n, m), before
+        those in `scaled`, each independent of all others, have the variances of `found`.
+        """
+        more = np.zeros(len(self.mean))
+        for where, scale in zip(scaled, found.scales, strict=True):
+            gain[:, where] *= scale
+            more[where] = (scale - 1.0) * np.diag(self.covariance)[where]
+        drawn = solve_triangular(found.factor, gain, lower=True, check_finite=False)
         mean = self.mean + drawn.T @ solve_triangular(found.factor, off, lower=True, check_finite=False)
-        return replace(self, mean=mean, covariance=self.covariance - drawn.T @ drawn)
+        covariance = drawn.T @ drawn
+        np.subtract(self.covariance, covariance, out=covariance)
+        covariance[np.diag_indices(len(more))] += more
+        return replace(self, mean=mean, covariance=covariance)
 
     def _without(self, gone: Sequence[Key]) -> "State":
         keep, kept, at = np.ones(len(self.mean), dtype=np.bool_), dict[Key, slice](), 0
@@ -224,6 +245,11 @@ class State:
         clocks = {key: time for key, time in self.clocks.items() if key in kept}
         covariance = self.covariance[np.ix_(keep, keep)]
         return replace(self, mean=self.mean[keep], covariance=covariance, blocks=kept, clocks=clocks)
+
+
+def _followed(rows: Array) -> NDArray[np.intp]:
+    """Returns which of the coefficients rows follow, (k,): some hundred, and none of other part types and edges."""
+    return np.flatnonzero(np.any(rows, axis=0))
 
 
 def _scattered(variance: Array, functional: Array | None) -> Array:

@@ -58,7 +58,7 @@ def test_weights_and_scales_that_do_not_come_to_rest_are_those_of_the_factor(off
     """Two features of three touches, 2 µm for each, 8 µm for both, noise 1 µm. With scales of a round later than the
     factor's more variance is taken away than there is, and the next part ends in a matrix that is not positive.
     """
-    noise, level = np.full(6, 1e-6), np.kron(np.eye(2), np.ones((3, 1)))
+    noise, level = np.full(6, 1e-6), np.repeat(np.eye(2), 3, axis=0)
     covariance = np.diag(noise) + 64e-6 + 4e-6 * level @ level.T
     heavy = [Heavy(level[:, [k]], np.array([4e-6]), 3.0) for k in (0, 1)]
     found = weighted(covariance, noise, 1e-3 * np.array(off_um), CATALOGUE, heavy)

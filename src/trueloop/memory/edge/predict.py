@@ -156,7 +156,7 @@ def predict(history: Sequence[MadePart], part: MadePart, asked: CutErrors) -> Pr
     state = known.state.at(seen.places).expecting(places)
     rows = np.vstack([seen.of(state.design(seen.places)), _of(functional, state.design(places))])
     t, n = len(seen), len(asked)
-    covariance = rows @ state.covariance @ rows.T
+    covariance = state.covariance_of(rows)
     covariance[:t, :t] += state.noise_mm2(seen)
     covariance[t:, t:] += state.noise_mm2(Observed(places, np.zeros(n), np.zeros(n), functional))
     # what only the asked places are of is added after the touches: no value has scaled its tails

@@ -98,3 +98,16 @@ def test_a_feature_without_a_touch_may_be_far_off_on_the_part_in_hand() -> None:
     plain = known.state.given(observed(today, known.age)[0]).state.at(places).predict(places, functional)
     own_mm2 = 2.0 * sum(PRIORS[name].median ** 2 for name in ("group", "group_part"))  # in the middle no tilt shows
     assert wider - plain.covariance_mm2 == pytest.approx(np.full((1, 1), own_mm2), rel=1e-6)
+
+
+def test_alarms_and_prediction_of_a_part_follow_from_one_state_of_the_parts_before_it() -> None:
+    """A part that was measured anew, and one more or less, is in the state."""
+    *before, today = series(4)
+    known = known_edge(before, unfinished(today))
+    assert known_edge(tuple(before), replace(today, serial="again")).state is known.state
+    last = before[-1]
+    assert last.finish is not None
+    measured = replace(last, finish=replace(last.finish, error_mm=last.finish.error_mm + 0.005))
+    anew = known_edge([*before[:-1], measured], unfinished(today))
+    assert anew.state.mean != pytest.approx(known.state.mean, abs=1e-4)
+    assert len(known_edge(before[:-1], last).left_mm) == 2
