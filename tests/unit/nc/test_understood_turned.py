@@ -49,3 +49,16 @@ def test_after_a_macro_of_another_file_each_axis_is_named_again(after: str, miss
     assert (refused.value.code, refused.value.place.line) == (Code.NC_OPAQUE, 5)
     require_seen(program, path, moves[:1], "XZ")  # behind the last one nothing depends on it
     return None
+
+
+@pytest.mark.parametrize(("after", "refused"), [("L Z-2\n", True), ("L X+1 Y+1 Z+9 FMAX\nL Z-2\n", False)])
+def test_after_a_way_of_the_control_s_own_each_axis_is_named_again(after: str, refused: bool) -> None:
+    text = f"BEGIN PGM A MM\nL X+1 Y+1 Z-1 R0 F9\nAPPR PLT PA+90 PR+10 LEN15 RL\n{after}L X+3 Y+1\n"
+    program = read_program(text.encode(), "heidenhain")
+    path = program.run()
+    moves = [move for move in range(len(path)) if not path.rapid[move]]
+    if refused:
+        with pytest.raises(TrueloopError, match=r"APPR PLT .* between cuts that are corrected: where XYZ stand"):
+            require_seen(program, path, moves, "XYZ")
+    else:
+        require_seen(program, path, moves, "XYZ")

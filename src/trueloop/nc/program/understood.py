@@ -93,47 +93,43 @@ def require_known_frame(path: ToolPath) -> None:
             raise found.as_error()
 
 
-_MACRO: Final = re.compile(r"[Gg]0*6[56]\b.* not in the path")
-"""The note on a macro that is not in the file."""
+_UNSEEN: Final = ": what it does is not in the path"
+"""The note on a macro that is not in the file, or on a cycle or way of the control's own."""
 _COMMON: Final = re.compile(r"#\s*[1-9]\d\d")
 """A variable that a macro shares with the program that calls it."""
 
 
 def require_seen(program: Program, path: ToolPath, moves: Sequence[int], axes: str) -> None:
-    """Raises NC-OPAQUE for a macro that is not in the file, called between the first and the last of the moves, after
-    which rapid moves do not name these axes by positions before the next cut, or common variables set a later one.
+    """Raises NC-OPAQUE for what is not in the path between the first and the last of the moves, if no position names
+    each of these axes after it before the next of them, or a common variable sets a later one.
 
-    It may move the axes and change variables, which nothing in the program tells.
+    It may move the axes, and a macro may change variables: nothing in the program tells.
     """
     ordered = np.unique(np.asarray(moves, dtype=np.int64))
     for found in path.findings:
         line = found.place.line or 0
-        if found.code is not Code.NC_OPAQUE or not _MACRO.match(found.message):
+        if found.code is not Code.NC_OPAQUE or not found.message.endswith(_UNSEEN):
             continue
         later = ordered[path.line[ordered] > line]
         if not len(later) or not (path.line[ordered] < line).any():
             continue
-        named, shared = _named_before(program, path, line), _set_by_common(program, path, later)
+        named, shared = _named_between(program, path, line, int(later[0])), _set_by_common(program, path, later)
         if shared is None and set(axes) <= named:
             continue
         missing = "".join(axis for axis in axes if axis not in named)
         why = f"where {missing} stand{'s' * (len(missing) == 1)}" if missing else f"the value of {shared}"
         raise Code.NC_OPAQUE.refusal(
             f"{found.message}, between cuts that are corrected: {why} after it is not known",
-            hint="write the macro into the program's file, or name every axis at rapid by a position after the call, "
+            hint="write what it does into the program's file, or name every axis by a position in a move after it, "
             "and set variables anew",
             place=found.place,
         )
 
 
-def _named_before(program: Program, path: ToolPath, line: int) -> set[str]:
-    """The axes that positions of rapid moves name after a line, before the next cut."""
-    after = np.flatnonzero(path.line > line)
-    cuts = after[~path.rapid[after]]
-    between = after[after < cuts[0]] if len(cuts) else after
-    words = [
-        program.word(int(index)) for k in between if not path.incremental[k] for index in path.word[k] if index >= 0
-    ]
+def _named_between(program: Program, path: ToolPath, line: int, move: int) -> set[str]:
+    """The axes that positions name after a line and before a move."""
+    between = np.flatnonzero((path.line[:move] > line) & ~path.incremental[:move])
+    words = (program.word(int(index)) for index in path.word[between].ravel() if index >= 0)
     return {word.letter for word in words if word.increment is not True}
 
 
