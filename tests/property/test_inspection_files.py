@@ -1,6 +1,7 @@
 """Inspections written and read again are the same, and what is written keeps the rules of its format."""
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -142,6 +143,22 @@ def test_repeated_readings_are_pieces_of_one_serial_number(folder: Path) -> None
     written = Inspection(Part(PartType("shaft"), "S1"), "readings", "0" * 64, 2, readings)
     found = _read(folder, "repeated.dfq", dfq_of([written]))
     assert [(one.part.serial, one.readings[0].actual) for one in found.inspections] == [("S1", 10.01), ("S1", 10.02)]
+
+
+@pytest.mark.parametrize(("name", "write"), [("devices.qif", qif_of), ("devices.dfq", dfq_of)])
+def test_the_device_of_each_characteristic_is_read_as_it_was_written(
+    folder: Path, name: str, write: Callable[[list[Inspection]], bytes]
+) -> None:
+    readings = tuple(Reading(f"D{k}", Quantity.DIAMETER, 10.0 + k) for k in range(4))
+    by = {"D0": "CMM 1", "D1": "micrometer", "D2": "CMM 1, micrometer", "D3": ""}
+    several = Inspection(
+        *(Part(PartType("shaft"), "S1"), "readings", "0" * 64, 4, readings), device="CMM 1, micrometer", devices=by
+    )
+    alone = replace(several, part=Part(PartType("shaft"), "S2"), device="Gauge, left", devices={})
+    found = {one.part.serial: one for one in _read(folder, name, write([several, alone])).inspections}
+    assert [found["S1"].device_of(f"D{k}") for k in range(4)] == list(by.values())
+    assert found["S1"].device == "CMM 1, micrometer"
+    assert (found["S2"].device, dict(found["S2"].devices)) == ("Gauge, left", {})
 
 
 def test_points_are_written_with_their_ball(folder: Path) -> None:

@@ -17,7 +17,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
 from trueloop.formats.inspections.qdas.fields import Column, Fields, fields_of
-from trueloop.formats.inspections.shared.checks import Said, filled_in
+from trueloop.formats.inspections.shared.checks import Said, devices_of, filled_in
 from trueloop.formats.inspections.shared.quantities import quantity_in
 from trueloop.formats.inspections.shared.text import number_in, read_decoded
 
@@ -232,11 +232,14 @@ def _inspections(
             said.add("parts have characteristics with different counts of values: the n-th are one piece", None)
         name = fields.of_part(part, "1001") or fields.of_part(part, "1002")
         part_type = PartType(name, fields.of_part(part, "1004"))
-        device, operator = fields.of_part(part, "1202"), fields.of_part(part, "1222")
+        of_all, operator = fields.of_part(part, "1202"), fields.of_part(part, "1222")
+        own = {sizes[index].name: fields.of(index, "2402") for index in indices}
+        by = {one: text.split(", ") if text else [of_all] for one, text in own.items()}
         asked = [sizes[index] for index in indices]
         for number in range(count):
             readings = tuple(_readings(asked, columns, number, path, said))
             if readings:
+                measured = [(one.characteristic, name) for one in readings for name in by[one.characteristic]]
                 times = (one.measured_at for one in readings if one.measured_at is not None)
                 yield Inspection(
                     Part(part_type, _serial(columns, number, said)),
@@ -244,7 +247,8 @@ def _inspections(
                     sha256,
                     len(readings),
                     readings,
-                    device=device,
+                    device=", ".join(dict.fromkeys(name for _, name in measured if name)),
+                    devices=devices_of(measured),
                     operator=operator,
                     measured_at=next(times, None),
                 )

@@ -11,7 +11,7 @@ from trueloop.formats.inspections.qdas.fields import BETWEEN_PARTS, BETWEEN_VALU
 
 UNMEASURED: Final = BETWEEN_PARTS.join(("", "255"))
 TIME: Final = "%d.%m.%Y/%H:%M:%S"
-Asked: TypeAlias = tuple[str, Quantity, float | None, float | None, float | None]
+Asked: TypeAlias = tuple[str, Quantity, float | None, float | None, float | None, str]
 Numbers: TypeAlias = dict[tuple[PartType, str, str], dict[Asked, int]]
 
 
@@ -19,8 +19,9 @@ def dfq_of(inspections: Sequence[Inspection]) -> bytes:
     """Returns a `.dfq` of the readings of inspections, UTF-8, in mm and degrees.
 
     A characteristic is one of its part type, device and operator, with its nominal and limits; K2003 has its quantity
-    in a word. Times are kept to the second. What the format lacks is not written: points, names of features,
-    places, uncertainties. Readings repeated within an inspection are pieces of their own, with its serial number.
+    in a word, K2402 its device where an inspection has several. Times are kept to the second. What the format lacks is
+    not written: points, names of features, places, uncertainties. Readings repeated within an inspection are pieces of
+    their own, with its serial number.
     """
     numbers = _numbered(inspections)
     total = sum(map(len, numbers.values()))
@@ -34,11 +35,13 @@ def dfq_of(inspections: Sequence[Inspection]) -> bytes:
 
 def _group(inspection: Inspection) -> tuple[PartType, str, str]:
     """The data that Q-DAS states once for all pieces of a part."""
-    return inspection.part.part_type, inspection.device, inspection.operator
+    return inspection.part.part_type, "" if inspection.devices else inspection.device, inspection.operator
 
 
-def _asked(reading: Reading) -> Asked:
-    return reading.characteristic, reading.quantity, reading.nominal, reading.lower_limit, reading.upper_limit
+def _asked(inspection: Inspection, reading: Reading) -> Asked:
+    """What is stated once for all values of a characteristic; its device where the inspection has several."""
+    by = inspection.devices.get(reading.characteristic, "")
+    return reading.characteristic, reading.quantity, reading.nominal, reading.lower_limit, reading.upper_limit, by
 
 
 def _numbered(inspections: Sequence[Inspection]) -> Numbers:
@@ -47,7 +50,7 @@ def _numbered(inspections: Sequence[Inspection]) -> Numbers:
     for inspection in inspections:
         asked = found.setdefault(_group(inspection), {})
         for reading in inspection.readings:
-            asked.setdefault(_asked(reading), 0)
+            asked.setdefault(_asked(inspection, reading), 0)
     number = count(1)
     return {group: {one: next(number) for one in asked} for group, asked in found.items()}
 
@@ -61,10 +64,12 @@ def _plan(numbers: Numbers) -> Iterator[str]:
 
 
 def _characteristic(asked: Asked, number: int) -> Iterator[str]:
-    name, quantity, nominal, lower, upper = asked
+    name, quantity, nominal, lower, upper, device = asked
     unit = "°" if quantity is Quantity.ANGLE else "mm"
     for key, text in (("2002", name), ("2003", quantity.value), ("2004", "0"), ("2142", unit)):
         yield f"K{key}/{number} {_clean(text)}"
+    if device:
+        yield f"K2402/{number} {_clean(device)}"
     for key, value in (("2101", nominal), ("2110", lower), ("2111", upper)):
         if value is not None:
             yield f"K{key}/{number} {value!r}"
@@ -77,7 +82,7 @@ def _pieces(inspection: Inspection) -> Iterator[list[Reading]]:
         piece: dict[Asked, Reading] = {}
         rest = []
         for reading in left:
-            if piece.setdefault(_asked(reading), reading) is not reading:
+            if piece.setdefault(_asked(inspection, reading), reading) is not reading:
                 rest.append(reading)
         yield list(piece.values())
         left = rest
@@ -87,7 +92,7 @@ def _values(inspection: Inspection, piece: Sequence[Reading], numbers: dict[Aske
     values = [UNMEASURED] * total
     for reading in piece:
         time = "" if reading.measured_at is None else reading.measured_at.strftime(TIME)
-        values[numbers[_asked(reading)] - 1] = BETWEEN_PARTS.join((repr(reading.actual), "0", time))
+        values[numbers[_asked(inspection, reading)] - 1] = BETWEEN_PARTS.join((repr(reading.actual), "0", time))
     yield BETWEEN_VALUES.join(values)
     if inspection.part.serial:
         yield f"K0014/0 {_clean(inspection.part.serial)}"

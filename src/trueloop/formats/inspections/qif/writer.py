@@ -94,7 +94,7 @@ def _standard(root: Element, identifier: str) -> None:
 
 def _add(writing: _Writing, inspection: Inspection) -> None:
     path = _part(writing, inspection.part.part_type)
-    device = _device(writing, inspection.device)
+    devices = {one.characteristic: _devices(writing, inspection, one.characteristic) for one in inspection.readings}
     result = SubElement(writing.results, "MeasurementResults", {"id": writing.new()})
     if inspection.operator or inspection.measured_at is not None:
         traced = SubElement(result, "InspectionTraceability")
@@ -107,7 +107,7 @@ def _add(writing: _Writing, inspection: Inspection) -> None:
     if inspection.readings:
         measured = Element("CharacteristicMeasurements")
         for reading in inspection.readings:
-            _measurement(measured, writing, reading, device)
+            _measurement(measured, writing, reading, devices[reading.characteristic])
         _counted(SubElement(result, "MeasuredCharacteristics"), measured)
     verdict = _verdict(inspection.readings)
     _text(SubElement(result, "InspectionStatus"), "InspectionStatusEnum", verdict)
@@ -140,11 +140,19 @@ def _part(writing: _Writing, part_type: PartType) -> str:
     return writing.known[key]
 
 
+def _devices(writing: _Writing, inspection: Inspection, characteristic: str) -> list[str]:
+    """The devices that measured a characteristic; where each has its own, several stand with commas."""
+    name = inspection.device_of(characteristic)
+    names = name.split(", ") if inspection.devices else [name]
+    return [_device(writing, one) for one in names if one]
+
+
 def _device(writing: _Writing, name: str) -> str:
-    if name and (key := ("device", name)) not in writing.known:
+    key = ("device", name)
+    if key not in writing.known:
         writing.known[key] = writing.new()
         _text(SubElement(writing.devices, "MeasurementDevice", {"id": writing.known[key]}), "Name", name)
-    return writing.known.get(("device", name), "")
+    return writing.known[key]
 
 
 def _item(writing: _Writing, reading: Reading) -> str:
@@ -188,7 +196,7 @@ def _tolerance(definition: Element, lower: float | None, upper: float | None) ->
     _text(tolerance, "DefinedAsLimit", "true")
 
 
-def _measurement(measured: Element, writing: _Writing, reading: Reading, device: str) -> None:
+def _measurement(measured: Element, writing: _Writing, reading: Reading, devices: Sequence[str]) -> None:
     kind, item = written_kind(reading), _item(writing, reading)
     one = SubElement(measured, f"{kind}CharacteristicMeasurement", {"id": writing.new()})
     verdict, status = within(reading), SubElement(one, "Status")
@@ -199,8 +207,8 @@ def _measurement(measured: Element, writing: _Writing, reading: Reading, device:
     _text(one, "CharacteristicItemId", item)
     if reading.measured_at is not None:
         _text(one, "TimeStamp", reading.measured_at.isoformat())
-    if device:
-        _ids(one, "MeasurementDeviceIds", device)
+    if devices:
+        _ids(one, "MeasurementDeviceIds", *devices)
     if kind == "LinearCoordinate":
         _text(SubElement(one, "TypeOfCoordinates"), "CoordinateEnum", "CARTESIAN_3D")
     value = _text(one, "Value", _decimal(reading.actual))
@@ -217,8 +225,10 @@ def _points(result: Element, writing: _Writing, points: Sequence[CmmPoint], ball
         _text(one, "ProbeRadius", _decimal(ball_radius_mm))
 
 
-def _ids(parent: Element, name: str, identifier: str) -> None:
-    _text(SubElement(parent, name, {"n": "1"}), "Id", identifier)
+def _ids(parent: Element, name: str, *identifiers: str) -> None:
+    listed = SubElement(parent, name, {"n": str(len(identifiers))})
+    for one in identifiers:
+        _text(listed, "Id", one)
 
 
 def _counted(parent: Element, members: Element) -> None:
