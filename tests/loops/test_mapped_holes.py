@@ -46,6 +46,13 @@ def test_a_series_names_what_changes_from_hole_to_hole(tmp_path: Path) -> None:
     ]
 
 
+def test_heights_given_under_g90_stay_where_they_are_under_g91(tmp_path: Path) -> None:
+    """Three more holes at X 0 need no word; at X 100 R is 2.012 - 20.020 and Z is -4.995 - 2.012, and both stay."""
+    source = "G21 G90\nG0 X0. Y0. Z20.\nG98 G81 Z-5. R2. F100.\nG91 Y10. L3\nX100.\nG90 Y20.\nG80\nM30\n"
+    wanted = ["G98 G81 Z-5.005 R2.002 F100.", "G91 Y10. L3", "X100.010 R-18.008 Z-7.007", "G90 Y20."]
+    assert body(tmp_path, source, "haas-mill")[2:6] == wanted
+
+
 def test_a_lathe_counts_r_from_where_the_cycle_began(tmp_path: Path) -> None:
     """From Z 5.005 down by 3.003 to Z 2.002, then to -20.02; W counts from there."""
     source = "G21\nG00 X0. Z5.\nG83 Z-20. R-3. Q5000 F0.1\nG80\nG00 Z10.\nG83 W-7. R-3. Q5000\nM30\n"

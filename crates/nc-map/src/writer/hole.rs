@@ -19,7 +19,7 @@ pub(crate) struct Drilling {
     /// The series that began at the initial height.
     series: u32,
     initial: f64,
-    /// R and the depth as their words give them.
+    /// The heights R and Z; of LinuxCNC, which reads them anew in every block, what their words say.
     plane: f64,
     depth: f64,
     /// The words of the hole's place.
@@ -95,7 +95,9 @@ impl<'a> Writer<'a> {
         if (height - hole.initial).abs() > SAME_MM {
             return Err(self.begun_elsewhere(here, hole.initial, height));
         }
-        self.drilling = Drilling { series: hole.series, initial: self.carried[hole.third], ..Drilling::default() };
+        let initial = self.carried[hole.third];
+        let plane = if self.keeps_places() && hole.plane_from_initial { initial } else { 0.0 };
+        self.drilling = Drilling { series: hole.series, initial, plane, ..Drilling::default() };
         Ok(())
     }
 
@@ -158,7 +160,7 @@ impl<'a> Writer<'a> {
             Axis { letter: b'R', word: self.program.word(hole.plane_word), unit: state.mm(), ..here.axes[third] };
         let heights = [hole.plane, wanted.plane];
         self.drilling.plane = self.height(here, hole, &axis, origin, heights, self.drilling.plane)?;
-        let plane = origin[1] + hole.plane - origin[0] + self.drilling.plane;
+        let plane = hole.plane + self.height_off(origin, self.drilling.plane);
 
         let word = self.program.word(hole.depth_word);
         let letter = word.map_or(super::AXES[third], |word| word.letter);
@@ -168,10 +170,20 @@ impl<'a> Writer<'a> {
         let bottom = self.path.end[hole.bottom][third];
         let heights = [bottom, wanted.bottom[third]];
         self.drilling.depth = self.height(here, hole, &axis, origin, heights, self.drilling.depth)?;
-        Ok((plane, origin[1] + bottom - origin[0] + self.drilling.depth))
+        Ok((plane, bottom + self.height_off(origin, self.drilling.depth)))
     }
 
-    /// Writes a height, where it is not in force already; gives how far its word then is off what the program says, mm.
+    /// How far a height is off that says in force what `in_force` tells, mm.
+    fn height_off(&self, origin: [f64; 2], in_force: f64) -> f64 {
+        in_force + if self.keeps_places() { 0.0 } else { origin[1] - origin[0] }
+    }
+
+    /// Whether R and Z stay at the heights that they named when they were given.
+    fn keeps_places(&self) -> bool {
+        self.program.dialect().flow != FlowStyle::OWords
+    }
+
+    /// Writes a height, where it is not in force already; gives what is then in force, less what the program says, mm.
     /// `origin` and `height` are as programmed and as they are to be, `in_force` is what stays without a word.
     fn height(
         &mut self,
@@ -186,11 +198,12 @@ impl<'a> Writer<'a> {
         if axis.word.is_some_and(|word| !says(word, said, axis.unit)) {
             return Err(self.other_height(here, axis, height[0]));
         }
-        let off = ((wanted - said) * axis.unit - in_force).abs();
+        let off = (height[1] - height[0] - self.height_off(origin, in_force)).abs();
         let stays = axis.word.is_none() && !here.tells(axis, off);
         if stays || hole.repeat > 0 {
             return Ok(in_force);
         }
-        Ok((self.value(here, axis, wanted, true, Some(said))? - said) * axis.unit)
+        let of_word = (self.value(here, axis, wanted, true, Some(said))? - said) * axis.unit;
+        Ok(of_word + if self.keeps_places() { origin[1] - origin[0] } else { 0.0 })
     }
 }

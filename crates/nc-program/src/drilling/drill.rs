@@ -120,18 +120,19 @@ impl Runner<'_> {
     /// What the block changes of the hole.
     fn read_hole(&mut self, request: &Request, hole: &mut Hole, third: usize) {
         let (mm, axis_mm) = (self.state.modal.mm(), self.state.modal.axis_mm(third));
-        hole.plane = request.get(b'R').map_or(hole.plane, |r| r * mm);
+        let from = if self.keeps_places() && self.plane_from_initial() { hole.initial } else { 0.0 };
+        hole.plane = request.get(b'R').map_or(hole.plane, |r| from + r * mm);
         hole.dwell = self.dwell_of_p(request).unwrap_or(hole.dwell);
         self.read_pecks(request, hole);
-        hole.bottom = request.get(AXES[third]).map_or(hole.bottom, |z| z * axis_mm);
         if self.program.dialect().rules.drills_from_start {
-            hole.plane = if hole.plane.is_nan() { 0.0 } else { hole.plane };
+            hole.plane = if hole.plane.is_nan() { from } else { hole.plane };
             hole.drill = if hole.drill == Drill::Peck && hole.peck.is_nan() { Drill::Plain } else { hole.drill };
         }
+        let from = if self.keeps_places() && self.state.modal.incremental { hole.plane } else { 0.0 };
+        hole.bottom = request.get(AXES[third]).map_or(hole.bottom, |z| from + z * axis_mm);
         let increment = self.dialect_increments().map_or(0, |letters| letters[third]);
         if let Some(depth) = request.get(increment).filter(|_| request.word(increment) > request.word(AXES[third])) {
-            let from = if self.state.modal.incremental { 0.0 } else { self.heights(hole).0 };
-            hole.bottom = from + depth * axis_mm;
+            hole.bottom = hole.plane + depth * axis_mm;
         }
     }
 
@@ -176,13 +177,21 @@ impl Runner<'_> {
         }
     }
 
+    /// Whether R and Z stay at the heights that they named when they were given; LinuxCNC reads them anew in every block.
+    fn keeps_places(&self) -> bool {
+        self.program.dialect().flow != FlowStyle::OWords
+    }
+
     /// Heights of the plane R and of the hole's bottom, mm.
     fn heights(&self, hole: &Hole) -> (f64, f64) {
+        if self.keeps_places() {
+            return (hole.plane, hole.bottom);
+        }
         let plane = hole.plane + if self.plane_from_initial() { hole.initial } else { 0.0 };
         (plane, hole.bottom + if self.state.modal.incremental { plane } else { 0.0 })
     }
 
-    /// Whether R counts from the height at which the series began.
+    /// Whether an R counts from the height at which the series began.
     fn plane_from_initial(&self) -> bool {
         self.state.modal.incremental || self.program.dialect().rules.drills_from_start
     }

@@ -15,7 +15,7 @@ pub(crate) struct Hole {
     pub dwells: bool,
     /// Numbers the series of holes that begin at one height.
     pub series: u32,
-    /// The words Z and R, program units turned to mm; NaN where not given yet.
+    /// Heights of Z and R, mm; of LinuxCNC their words. NaN where not given yet.
     pub bottom: f64,
     pub plane: f64,
     pub peck: f64,
@@ -55,7 +55,7 @@ pub struct Drilled {
     pub plane: f64,
     /// Height at which its series began, mm.
     pub initial: f64,
-    /// R counts from the height at which the series began.
+    /// An R of its block counts, or would, from the height at which the series began.
     pub plane_from_initial: bool,
     /// The tool ends at the plane R; else at the height at which the series began, where that is higher.
     pub ends_at_plane: bool,
