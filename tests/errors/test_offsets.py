@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.files import read_as_file
+from tests.support.records import sealed
 from tests.support.tool_tables import FANUC, HAAS, HEIDENHAIN, LINUXCNC, OFFSET, SIEMENS, made_at, record_with
 from trueloop.domain.proposal import HeldTool, ToolOffset
 from trueloop.errors import Code, TrueloopError
@@ -96,10 +97,12 @@ def test_what_is_in_a_row_already_is_not_added_again(tmp_path: Path) -> None:
     record.write_text(record_with(OFFSET).to_json())
     apply_offset(record, table, new, "mm")
     assert _code(lambda: apply_offset(record, new, tmp_path / "newer.tbl", "mm")) is Code.OFS_TWICE
-    record.write_text(json.dumps(json.loads(record.read_text()) | {"id": "another"}))
+    record.write_text(sealed(json.dumps(json.loads(record.read_text()) | {"id": "another"})))
     assert _code(lambda: apply_offset(record, new, tmp_path / "newer.tbl", "mm")) is Code.OFS_TWICE
     assert not (tmp_path / "newer.tbl").exists()
-    record.write_text(record_with(replace(OFFSET, measured_sha256="2" * 64)).to_json().replace("0123456789", "9" * 10))
+    record.write_text(
+        sealed(record_with(replace(OFFSET, measured_sha256="2" * 64)).to_json().replace("0123456789", "9" * 10))
+    )
     apply_offset(record, new, tmp_path / "newer.tbl", "mm")  # measured anew: the next correction
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.cli import run
+from tests.support.records import sealed
 from trueloop.domain.life import Cut, Ran
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.codec import store_codec
@@ -289,7 +290,7 @@ def test_of_a_day_without_a_time_its_corrections_may_have_been_in_force(tmp_path
     """Files that state a date alone are read as midnight."""
     correct(tmp_path, 1, FIRST, "contour")
     record = tmp_path / "o1/record.json"
-    record.write_text(re.sub(r'("made_at": )"[^"]*"', r'\1"2026-11-29T09:30:00+00:00"', record.read_text()))
+    record.write_text(sealed(re.sub(r'("made_at": )"[^"]*"', r'\1"2026-11-29T09:30:00+00:00"', record.read_text())))
     with pytest.raises(TrueloopError, match="CMP-CUT-WITH"):
         correct(tmp_path, 2, SECOND, "contour", "", "measured_at = 2026-11-29T00:00:00Z")
     second = correct(
@@ -377,7 +378,7 @@ def test_wear_does_not_last_at_a_control_whose_programs_set_the_offset() -> None
 def test_a_correction_of_another_tool_is_refused_in_a_job_of_one_tool(tmp_path: Path) -> None:
     correct(tmp_path, 1, FIRST, "offset")
     record = tmp_path / "o1/record.json"
-    record.write_text(record.read_text().replace('"number": 3', '"number": 4'))
+    record.write_text(sealed(record.read_text().replace('"number": 3', '"number": 4')))
     with pytest.raises(TrueloopError, match=r"CMP-CUT-WITH.*of tool 4"):
         correct(tmp_path, 2, SECOND, "offset", 'cut_with = "o1/record.json"\ncut_by = "wear"')
 
@@ -400,10 +401,37 @@ def test_another_program_s_correction_was_not_in_force(tmp_path: Path) -> None:
     record = tmp_path / "o1" / "record.json"
     text = record.read_text()
     given = text.split('"program": {')[1].split('"sha256": "')[1][:64]
-    record.write_text(text.replace(given, given[::-1]))
+    record.write_text(sealed(text.replace(given, given[::-1])))
     with pytest.raises(TrueloopError) as refused:
         correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"')
     assert refused.value.code is Code.CMP_OTHER_PROGRAM
+
+
+def test_a_record_that_was_edited_is_refused_as_what_cut_the_part(tmp_path: Path) -> None:
+    """A value, a word of the program and the hash itself; another layout of the same values is no edit."""
+    correct(tmp_path, 1, FIRST, "contour")
+    record = tmp_path / "o1" / "record.json"
+    text = record.read_text()
+    edits = [
+        ('"x_radius_mm": -', '"x_radius_mm": '),
+        ("X29.95", "X29.90"),
+        ('"content_sha256": "', '"content_sha256": "0'),
+    ]
+    for before, after in edits:
+        assert before in text
+        record.write_text(text.replace(before, after))
+        with pytest.raises(TrueloopError, match=r"REC-FILE.*was changed after trueloop wrote it"):
+            correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"')
+    content = json.loads(text)
+    record.write_text(json.dumps(content))
+    correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"')
+    del content["content_sha256"]  # as earlier versions wrote it
+    record.write_text(json.dumps(content))
+    correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"')
+    content["changes"][-1]["before"] += "1"  # not what stands in the program that it names
+    record.write_text(json.dumps(content))
+    with pytest.raises(TrueloopError, match=r"REC-KEY.*'changes'"):
+        correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"')
 
 
 @pytest.mark.parametrize("stored", [False, True])

@@ -1,5 +1,6 @@
 """Records of corrections, made up: every field holds something."""
 
+import json
 from datetime import UTC, datetime
 
 from hypothesis import strategies as st
@@ -8,7 +9,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.proposal import HeldTool, TableRow, ToolOffset
-from trueloop.domain.record import ChangedWord, Component, Product, Program, Record
+from trueloop.domain.record import CONTENT, ChangedWord, Component, Product, Program, Record, content_sha256
 from trueloop.domain.tool import Edge, Machine, Setting, Tool
 
 PART = PartType("shaft", "B", "C45")
@@ -150,3 +151,9 @@ values = st.one_of(
     *(inspections, touches, readings, cmm_points, records, rows, held, tool_offsets),
 )
 """Every value of the domain but corrections."""
+
+
+def sealed(text: str) -> str:
+    """A record's file after an edit, with the hash of what it states now."""
+    content = json.loads(text)
+    return json.dumps(content | {CONTENT: content_sha256(content)}, indent=2, ensure_ascii=False)

@@ -196,9 +196,20 @@ class Record:
         return (self.id,)
 
     def to_json(self) -> str:
-        """Writes the record as JSON, keys in order of declaration."""
-        content = asdict(self)
-        return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=datetime.isoformat) + "\n"
+        """Writes the record as JSON, keys in order of declaration, with the hash of its content last."""
+        plain = json.dumps(asdict(self), ensure_ascii=False, allow_nan=False, default=datetime.isoformat)
+        content = json.loads(plain)
+        return json.dumps(content | {CONTENT: content_sha256(content)}, indent=2, ensure_ascii=False) + "\n"
+
+
+CONTENT: Final = "content_sha256"
+"""Key of the hash of all other keys of a record's file."""
+
+
+def content_sha256(content: Mapping[str, object]) -> str:
+    """Returns the hash of a record's keys and values, as JSON has them, however they are laid out."""
+    stated = {key: value for key, value in content.items() if key != CONTENT}
+    return sha256_of(json.dumps(stated, sort_keys=True, ensure_ascii=False).encode())
 
 
 def _plain(value: object) -> object:

@@ -9,7 +9,7 @@ from typing import Any, Final, TypeVar, get_args
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from trueloop.domain.record import Product, Record
+from trueloop.domain.record import CONTENT, Product, Record, content_sha256
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 from trueloop.formats.outputs import Named
@@ -42,11 +42,14 @@ WHOLE: Final = "restore the file as trueloop wrote it"
 def read_record(path: Path) -> Record:
     """Reads a record. Raises REC-FILE (no JSON, no record), REC-SCHEMA (of a later version) and REC-KEY."""
     text = read_text(path, Code.REC_FILE, hint=HINT)
-    content = _of_schema(path, _parsed(path, text))
+    content = _parsed(path, text)
+    stated, found = content.pop(CONTENT, None), content_sha256(content)
     try:
-        return _adapter().validate_python(content)
+        record = _adapter().validate_python(_of_schema(path, content))
     except ValidationError as error:
         raise _refused_key(path, text, error.errors()[0]) from error
+    _require_unchanged(path, stated, found)
+    return record
 
 
 def record_of_edge(path: Path, setup: str, called: tuple[int, int], sha256: str) -> str | None:
@@ -109,6 +112,18 @@ def _parsed(path: Path, text: str) -> dict[str, Any]:
         message = f"no record of a correction: {found!r} instead of an 'id' and 'inputs_sha256'"
         raise Code.REC_FILE.refusal(message, hint=HINT, place=Place(str(path)))
     return content
+
+
+def _require_unchanged(path: Path, stated: object, found: str) -> None:
+    """Raises REC-FILE for a content that was edited; earlier versions wrote no hash."""
+    if stated in (None, found):
+        return
+    raise Code.REC_FILE.refusal(
+        f"{path.name!r} was changed after trueloop wrote it: its content has sha256 {found[:16]}…, it states "
+        f"{str(stated)[:16]}…",
+        hint=f"{WHOLE}, or compensate anew: a correction that was cut with other values is not the one it names",
+        place=Place(str(path)),
+    )
 
 
 def _of_schema(path: Path, content: dict[str, Any]) -> dict[str, Any]:

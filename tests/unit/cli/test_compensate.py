@@ -92,7 +92,7 @@ def test_json_says_the_same_to_machines(output: Path, correction: Correction) ->
     u = 1000 * np.hypot(k * budget.found_mm, ndtri(0.975) * budget.stated_mm)[on_cone].max()
     assert cone["predicted_expanded_u_um"] == pytest.approx(u)
     assert said["features"][0]["before_rms_um"] is None
-    assert said["decision"] == {"x": correction.decision.x.words, "z": correction.decision.z.words}
+    assert said["decision"] == {"x": correction.decision.x.words, "z": correction.decision.z.words, "readings": ""}
 
 
 def test_the_output_folder_of_the_job_is_relative_to_the_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

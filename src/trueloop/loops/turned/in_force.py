@@ -174,11 +174,18 @@ def cut_with(record: Record, ran: Ran, program_sha256: str = "") -> CutWith:
 
 
 def edits_of(program: Program, changed: Sequence[ChangedWord]) -> list[Edit]:
-    """Returns the edits that a record lists."""
+    """Returns the edits that a record lists. Raises REC-KEY where the program does not read as it says."""
     found = []
     for word in changed:
         start = program.block(word.line - 1).start + word.column - 1
-        found.append(Edit(start, start + len(word.before.encode("latin-1")), word.after))
+        before = word.before.encode("latin-1")
+        if program.source[start : start + len(before)] != before:
+            raise Code.REC_KEY.refusal(
+                f"'changes': {word.before!r} does not stand in line {word.line}, column {word.column}, of the program "
+                "that the record names",
+                hint="restore the record as trueloop wrote it",
+            )
+        found.append(Edit(start, start + len(before), word.after))
     return found
 
 
