@@ -165,6 +165,7 @@ def test_a_probe_that_is_not_calibrated_is_told_with_the_probe_s_file(loop: Path
 
 def test_a_ball_too_large_for_a_corner_is_told_with_job_point_and_feature(loop: Path) -> None:
     edited(loop / "probe.toml", "ball_radius_mm = 1.5", "ball_radius_mm = 15.0")
+    edited(loop / "probe.toml", "effective_radius_mm = 1.4946", "effective_radius_mm = 14.9946")
     said = run("probe", "plan", loop / "modbas2.toml", status=3)
     assert said.startswith(f"{loop / 'modbas2.toml'}: PRB-BALL: at point '1' on 'cone' a ball of 30.000 mm overlaps")
     assert "smaller ball" in said

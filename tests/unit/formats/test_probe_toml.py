@@ -46,3 +46,41 @@ def test_what_makes_no_second_touch_is_refused_with_the_line(
         read(tmp_path, program)
     assert refused.value.code is Code.PRB_FILE and says in refused.value.message
     assert refused.value.place.line == line
+
+
+CALIBRATION = (
+    "[calibration]\neffective_radius_mm = 1.4946\ncosine_um = 3.1\nsine_um = -0.4\nlobes = 3\nscatter_um = 0.3\n"
+    "radius_u_um = 0.2\nfrom_deg = -10.0\nto_deg = 190.0\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "says"),
+    [
+        ("1.4946", "2.9892", "more than 0.3 mm off `stylus.ball_radius_mm` 1.5"),  # the diameter
+        ("1.4946", "0.05884", "more than 0.3 mm off"),  # inch
+        ("1.4946", "nan", "finite"),
+        ("1.4946", "1.49\u00ff46", "not a TOML file"),
+        ("= 3.1", "= 3100", "3100 µm of lobing"),
+        ("to_deg = 190.0", "to_deg = -190.0", "is no range"),
+        ("lobes = 3", "lobes = 0", "lobes"),
+    ],
+)
+def test_a_corrupted_calibration_is_refused(tmp_path: Path, right: str, wrong: str, says: str) -> None:
+    assert right in CALIBRATION
+    file = tmp_path / "probe.toml"
+    file.write_text(STYLUS + CALIBRATION)
+    found = read_probe(file).calibration
+    assert found is not None and found.effective_radius_mm == 1.4946
+    file.write_text(STYLUS + CALIBRATION.replace(right, wrong))
+    with pytest.raises(TrueloopError) as refused:
+        read_probe(file)
+    assert refused.value.code is Code.PRB_FILE and says in refused.value.message
+
+
+def test_a_calibration_cut_short_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "probe.toml"
+    file.write_text(STYLUS + CALIBRATION.partition("from_deg")[0])
+    with pytest.raises(TrueloopError) as refused:
+        read_probe(file)
+    assert refused.value.code is Code.PRB_FILE and "from_deg" in refused.value.message

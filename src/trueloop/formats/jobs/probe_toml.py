@@ -18,6 +18,9 @@ from trueloop.units import UM_PER_MM
 LEAST_BACK_OFF_MM: Final = 0.1
 """Shorter ways cannot be distinguished from a probe that is still triggered."""
 
+MOST_LOBING_UM: Final = 200.0
+"""Larger values of a calibration are in another unit."""
+
 
 @with_options("stylus", Stylus)
 class StylusTable(Table):
@@ -108,6 +111,17 @@ class CalibrationTable(Table):
     to_deg: Finite
     """They end here."""
 
+    @model_validator(mode="after")
+    def _of_a_probe(self) -> "CalibrationTable":
+        if not 0.0 < self.to_deg - self.from_deg <= 360.0:
+            raise ValueError(f"`from_deg` {self.from_deg:g} to `to_deg` {self.to_deg:g} is no range of up to 360°")
+        largest_um = max(abs(self.cosine_um), abs(self.sine_um), self.scatter_um, self.radius_u_um)
+        if largest_um > MOST_LOBING_UM:
+            raise ValueError(
+                f"{largest_um:g} µm of lobing, scatter or uncertainty is beyond {MOST_LOBING_UM:g} µm: another unit"
+            )
+        return self
+
 
 class ProbeFile(Table):
     """A whole probe file."""
@@ -117,6 +131,18 @@ class ProbeFile(Table):
     program: ProgramTable = ProgramTable()
     probe: ProbeTable = ProbeTable()
     calibration: CalibrationTable | None = None
+
+    @model_validator(mode="after")
+    def _of_this_ball(self) -> "ProbeFile":
+        ball_mm = options_from(Stylus, self).ball_radius_mm
+        if self.calibration is not None:
+            effective_mm, most_mm = self.calibration.effective_radius_mm, max(0.1, 0.2 * ball_mm)
+            if abs(effective_mm - ball_mm) > most_mm:
+                raise ValueError(
+                    f"`calibration.effective_radius_mm` is {effective_mm:g}, more than {most_mm:g} mm off "
+                    f"`stylus.ball_radius_mm` {ball_mm:g}: a diameter, another unit, or another stylus' calibration"
+                )
+        return self
 
 
 @dataclass(frozen=True)
