@@ -178,3 +178,14 @@ def test_several_diameters_of_a_file_are_judged_where_each_was_read(tmp_path: Pa
     run("compensate", tmp_path / "job.toml", "-o", tmp_path / "whole", "--no-store")
     report = json.loads((tmp_path / "whole" / "report.json").read_text())
     assert [one["name"] for one in report["characteristics"]] == ["seat"]
+
+
+def test_a_length_from_the_part_s_zero_is_that_from_the_face_there(tmp_path: Path) -> None:
+    inputs = read(tmp_path, "facetst", "")
+    profile = inputs.profile
+    faces = [(one.name, one.start_mm[1]) for one in profile.features if one.start_mm[1] == one.end_mm[1]]
+    (zero,) = [name for name, z in faces if z == 0.0]
+    step = next(name for name, z in faces if z != 0.0)
+    ours = Characteristic("L1", Quantity.LENGTH, step, 50.8, 50.7, 50.9)
+    found, notes = joined((ours,), (replace(ours, name="Item 4", other=zero),), profile, {})
+    assert found == (ours,) and not notes

@@ -83,10 +83,20 @@ def test_a_named_feature_with_another_size_is_no_match() -> None:
 
 
 def test_two_features_of_one_size_are_named_and_none_is_taken() -> None:
-    both = left(Reading("L1", L, 40.0, 40.0))
-    assert both.candidates == ("shoulder", "shoulder to end")
+    stepped = checked_profile([
+        Line("far", (20.0, -20.0), (15.0, -20.0)), Line("seat", (15.0, -20.0), (15.0, -10.0)),
+        Line("near", (15.0, -10.0), (10.0, -10.0)), Line("tip", (10.0, -10.0), (10.0, 0.0)),
+    ])  # fmt: skip
+    (both,) = match_inspection(stepped, inspection(Reading("L1", L, 10.0, 10.0))).left
+    assert both.candidates == ("near", "far to near")
     assert one(Reading("L1", L, 40.0, 40.0, feature="shoulder", other="end")) == ("shoulder", "end", "name")
     assert one(Reading("L1", L, 40.0, 40.0, feature="end")) == ("end", "shoulder", "name")
+
+
+def test_a_face_at_z_0_is_the_zero_from_which_a_length_counts() -> None:
+    """From the end face and from the part's zero it is one length; the one face named is that from zero."""
+    assert one(Reading("L1", L, 40.012, 40.0)) == ("shoulder", None, "geometry")
+    assert one(Reading("L1", L, 40.012, 40.0, feature="shoulder")) == ("shoulder", None, "name")
 
 
 def test_a_length_whose_datum_is_no_feature_is_left() -> None:

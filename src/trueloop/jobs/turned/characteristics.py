@@ -12,7 +12,15 @@ from trueloop.formats.toml_tables import Located
 from trueloop.geometry.profile import Profile
 from trueloop.tolerances import iso2768
 from trueloop.tolerances.text import limits_of, unread
-from trueloop.turned.characteristics.measurand import SAME, checked, edge_of, feature_index, usual, with_nominal
+from trueloop.turned.characteristics.measurand import (
+    SAME,
+    checked,
+    edge_of,
+    feature_index,
+    place_of,
+    usual,
+    with_nominal,
+)
 from trueloop.wording import wording
 
 
@@ -26,7 +34,7 @@ def characteristics_of(job: Located[Job], profile: Profile) -> tuple[Characteris
             for other in found:
                 if one.name == other.name:
                     raise _twice(one, f"characteristic {one.name!r} is there twice")
-                if place_of(one) == place_of(other):
+                if place_of(one, profile) == place_of(other, profile):
                     raise _twice(
                         one,
                         f"characteristic {one.name!r} is the {one.quantity} of {one.feature!r} that {other.name!r} is",
@@ -86,8 +94,9 @@ def joined(
     found, notes = list(asked), list[str]()
     for theirs in of_file:
         one = replace(theirs, feature=names.get(theirs.feature, theirs.feature))
-        places = place_of(one), place_of(replace(one, at_z_mm=None))  # the job's may hold along the whole feature
-        ours = next((each for each in asked if each.name == one.name or place_of(each) in places), None)
+        # The job's may hold along the whole feature
+        places = [place_of(each, profile) for each in (one, replace(one, at_z_mm=None))]
+        ours = next((each for each in asked if each.name == one.name or place_of(each, profile) in places), None)
         if ours is not None:
             notes += _other_limits(ours, one)
             continue
@@ -107,8 +116,3 @@ def _other_limits(ours: Characteristic, theirs: Characteristic) -> Iterator[str]
 
 def _same(one: float | None, other: float | None) -> bool:
     return one is other or (one is not None and other is not None and abs(one - other) < SAME)
-
-
-def place_of(one: Characteristic) -> tuple[object, ...]:
-    """Returns what is measured where: two characteristics that agree in it are the same."""
-    return one.quantity, frozenset((one.feature, one.other)), one.at_z_mm

@@ -231,6 +231,23 @@ def with_nominal(asked: Characteristic, nominal: float | None, profile: Profile)
     return replace(asked, nominal=nominal)
 
 
+def place_of(one: Characteristic, profile: Profile) -> tuple[object, ...]:
+    """Returns what is measured where: two characteristics that agree in it are the same.
+
+    A face at z = 0 is the part's zero, from which a length counts that names no other face.
+    """
+    ends = {one.feature, one.other}
+    if one.quantity is Quantity.LENGTH:
+        ends = {"" if abs(_z_mm(profile, name)) < SAME else name for name in ends}
+    return one.quantity, frozenset(ends), one.at_z_mm
+
+
+def _z_mm(profile: Profile, name: str) -> float:
+    return next(
+        (float(one.start_mm[1]) for one in profile.features if one.name == name), 0.0 if name == "" else math.inf
+    )
+
+
 def checked(
     asked: Characteristic, lower: float | None, upper: float | None, tolerance: str, profile: Profile
 ) -> Characteristic:

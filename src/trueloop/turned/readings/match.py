@@ -155,6 +155,7 @@ def _from(one: Candidate, index: int) -> Candidate:
 
 
 def _by_geometry(profile: Profile, reading: Reading, fitting: list[Candidate], by: By = "geometry") -> Outcome:
+    fitting = _each_once(profile, fitting)
     if not fitting:
         return Left(reading, f"no feature has {_size(reading)}{_blunder(profile, reading)}")
     if len(fitting) > 1:
@@ -162,6 +163,18 @@ def _by_geometry(profile: Profile, reading: Reading, fitting: list[Candidate], b
         return Left(reading, f"{len(fitting)} features have {_size(reading)}: {', '.join(names)}", names)
     (one,) = fitting
     return _credible(profile, MatchedReading(reading, one.feature_index, one.other_index, by, one.differs))
+
+
+def _each_once(profile: Profile, fitting: list[Candidate]) -> list[Candidate]:
+    """Returns the lengths without those from a face at z = 0 that count from the part's zero as well: both are one."""
+    from_zero = {one.feature_index for one in fitting if one.other_index is None}
+
+    def again(one: Candidate) -> bool:
+        faces = {one.feature_index, one.other_index} - {None}
+        at_zero = {k for k in faces if k is not None and profile.features[k].start_mm[1] == 0.0}
+        return bool(at_zero and (faces - at_zero) & from_zero)
+
+    return [one for one in fitting if one.other_index is None or not again(one)]
 
 
 def _credible(profile: Profile, one: MatchedReading) -> Outcome:
