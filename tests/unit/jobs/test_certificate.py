@@ -261,6 +261,53 @@ def test_what_is_said_to_have_been_in_force_is_what_was(tmp_path: Path) -> None:
     assert found["3"]["program"].identity == hashlib.sha256((tmp_path / "f.nc").read_bytes()).hexdigest()
 
 
+DRAWING = """device = "MIC 2"
+[[part.characteristic]]
+name = "D30"
+quantity = "diameter"
+feature = "cylinder-2"
+tolerance = "h6"
+[[part.characteristic]]
+name = "D36"
+quantity = "diameter"
+feature = "cylinder-1"
+tolerance = "±0.1"
+[[part.characteristic]]
+name = "L30"
+quantity = "length"
+feature = "face-1"
+tolerance = "±0.02"
+"""
+
+
+def test_the_limits_of_the_job_are_those_of_the_certificate(tmp_path: Path) -> None:
+    """By hand: 30.050 is out of 30 h6 (29.987 to 30.000), 36.050 inside 36 ± 0.1; the length is not measured. Limits
+    of a file, 29.99 to 30.01, do not count beside those: 30.002 with a guard band of 1.6 µm is out."""
+    db = str(tmp_path / "m.db")
+    run("db", "init", db)
+    correct(tmp_path, 1, FIRST, "contour", more=DRAWING, db=db)
+    store = open_store(db, codec=store_codec())
+    first = certificate_of(store, "1", None, 1.0)
+    found = {
+        one.characteristic: (one.lower_limit, one.upper_limit, one.verdict, one.device) for one in first.characteristics
+    }
+    assert found == {
+        "D30": (29.987, 30.0, "out", "MIC 2"),
+        "D36": (35.9, 36.1, "in", "MIC 2"),
+        "L30": (29.98, 30.02, None, ""),
+    }
+    assert [one.missing for one in first.characteristics if one.characteristic == "L30"] == [
+        ["it was not measured on this part"]
+    ]
+    reading = Reading("jr", Quantity.DIAMETER, 30.002, 30.0, 29.99, 30.01, feature="cylinder-2", standard_u=0.001)
+    length = Reading("sh", Quantity.LENGTH, 30.01, feature="face-1", other="face-2", standard_u=0.001)
+    keep(store, [inspected(reading, length, part=Part(PartType("s"), "2"))])
+    second = {
+        one.characteristic: (one.upper_limit, one.verdict) for one in certificate_of(store, "2", None).characteristics
+    }
+    assert second == {"D30": (30.0, "out"), "D36": (36.1, None), "L30": (30.02, "in")}
+
+
 def test_the_hash_is_that_of_the_document_without_it(tmp_path: Path) -> None:
     shown = certified(inspected(JOURNAL))
     json_file, html = write_certificate(shown, tmp_path, "de", "mm")

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -22,7 +22,7 @@ from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.geometry.setup_frame import PART, SetupFrame
+from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.diagnose.records import part_named
 from trueloop.jobs.measure.probing import by_setup, program_of, reached, read_measuring, read_probing
 from trueloop.jobs.store.history import REMEMBERED
@@ -49,7 +49,7 @@ from trueloop.loops.turned.next_measurement import (
 )
 from trueloop.loops.turned.process_intermittent import process_errors
 from trueloop.loops.turned.remembering import is_used, today_of
-from trueloop.loops.turned.share import characteristics_in, inputs_of_edge, seen_of_edge
+from trueloop.loops.turned.share import characteristics_in, frame_of, inputs_of_edge, seen_of_edge
 from trueloop.memory.edge.predict import remembered
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.nc.program.unit import unit_of_path
@@ -342,7 +342,7 @@ def next_of_part(
         )
     touches, sizes, edges = dict[str, CmmTouch](), dict[str, Characteristic](), list[Edge]()
     for correction in made:
-        profile, frame, gauging = correction.profile, _frame(correction), _gauging(correction)
+        profile, frame, gauging = correction.profile, frame_of(correction), _gauging(correction)
         asked = characteristics_in(frame, [one.characteristic for one in correction.characteristics])
         places = _places(profile, correction.nose_radius_mm)
         own = _sizes(profile, asked, instruments)
@@ -392,14 +392,6 @@ def _parts_of(store: Store, correction: Correction) -> tuple[tuple[MadePart, ...
     stage = Stage.SEMIFINISH if record.cut_with is None else Stage.FINISH
     setting = None if record.edge is None else Setting(record.edge, record.edge_set_at)
     return parts, made_part(correction, Cut(part, stage, setting, order=sum(one.order >= 0 for one in parts)), None)
-
-
-def _frame(correction: Correction) -> SetupFrame:
-    """Returns the frame of the set-up in which a correction and its profile are."""
-    stated = correction.record.options.get("setup")
-    if not isinstance(stated, Mapping):
-        return PART
-    return SetupFrame(**{one.name: stated[one.name] for one in fields(SetupFrame)})
 
 
 def _on_part(touch: CmmTouch, frame: SetupFrame) -> CmmTouch:

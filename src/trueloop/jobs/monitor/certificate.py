@@ -1,7 +1,7 @@
 """The certificate of a part from the store, and its files."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.record import Correction, ProgramText
 from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
+from trueloop.jobs.monitor.drawn import drawn_of
 from trueloop.jobs.user import user_name
 from trueloop.loops.monitor.certificate import Asked, Certificate, InForce, Seen, asked_of, certified
 from trueloop.loops.turned import correction as turned
@@ -64,10 +65,16 @@ def _share(store: Store, part: Part) -> _Share:
         (one for one in reversed(cuts) if one.stage is Stage.FINISH and one.part.identity == part.identity), None
     )
     of_type = [one.value for one in find(store, Inspection, part_type=part.part_type.name)]
+    of_type = [one for one in of_type if one.part.part_type.identity == part.part_type.identity]
     seen = tuple(_seen(store, [one for one in of_type if one.part.identity == part.identity], cuts, cut))
-    asked = asked_of(one for one in of_type if one.part.part_type.identity == part.part_type.identity)
     in_force, missing = _in_force(store, part, cut, [one.inspection for one in seen])
-    return _Share(cut, asked, seen, in_force, missing)
+    drawn = drawn_of(store, part)
+    if drawn is None:
+        return _Share(cut, asked_of(of_type), seen, in_force, missing)
+    in_its_names = [drawn.in_its_names(one) for one in of_type]
+    asked = {one.name: one for one in (*asked_of(in_its_names), *drawn.asked(in_its_names))}
+    seen = tuple(replace(one, inspection=drawn.in_its_names(one.inspection)) for one in seen)
+    return _Share(cut, tuple(asked.values()), seen, in_force, missing)
 
 
 def _cut_at(shares: Sequence[_Share]) -> datetime | None:

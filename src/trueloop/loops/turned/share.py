@@ -6,7 +6,7 @@ the same number in every frame: only places, normals and the order of the featur
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TypeVar
 
 import numpy as np
@@ -16,7 +16,7 @@ from trueloop.arrays import Array, Integers
 from trueloop.domain.characteristic import Characteristic, Judged, Quantity
 from trueloop.domain.inspection import Reading, Touch
 from trueloop.geometry.profile import Profile
-from trueloop.geometry.setup_frame import SetupFrame
+from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.turned.fit.spline import EndConditions
@@ -202,6 +202,14 @@ def reading_in(frame: SetupFrame, reading: Reading, other: str) -> Reading | Non
 def ends_in(frame: SetupFrame, prescribed: Mapping[str, EndConditions]) -> dict[str, EndConditions]:
     """Returns the values prescribed at the ends of features, by name."""
     return {name: ends.reversed if frame.backwards else ends for name, ends in prescribed.items()}
+
+
+def frame_of(correction: Correction) -> SetupFrame:
+    """Returns the frame of the set-up in which a correction and its profile are."""
+    stated = correction.record.options.get("setup")
+    if not isinstance(stated, Mapping):
+        return PART
+    return SetupFrame(**{one.name: stated[one.name] for one in fields(SetupFrame)})
 
 
 def characteristics_in(frame: SetupFrame, asked: Sequence[Characteristic]) -> tuple[Characteristic, ...]:

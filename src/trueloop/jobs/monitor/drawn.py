@@ -1,0 +1,93 @@
+"""The sizes that the drawing of a turned part specifies, from its last correction, and inspections in their names."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.inspection import Inspection, Reading, Values
+from trueloop.domain.part import Part
+from trueloop.domain.record import Correction as StoredCorrection
+from trueloop.geometry.profile import Profile
+from trueloop.loops.monitor.certificate import Asked
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.share import frame_of
+from trueloop.storage.store import Store, find
+from trueloop.turned.characteristics.measurand import SAME, place_of, usual
+from trueloop.turned.readings.match import match_inspection
+from trueloop.turned.readings.matches import MatchedReading
+from trueloop.turned.readings.sizes import axial_mm
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Characteristics with their limits, and the profile that has them, in the part's frame."""
+
+    profile: Profile
+    characteristics: tuple[Characteristic, ...]
+
+    def asked(self, inspections: Iterable[Inspection]) -> tuple[Asked, ...]:
+        """Returns the characteristics; by general tolerances only those that `inspections`, in their names, have."""
+        read = {reading.characteristic for one in inspections for reading in one.readings}
+        general = {one.name for feature in self.profile.features if (one := usual(feature)) is not None}
+        return tuple(
+            Asked(one.name, one.quantity, one.nominal, one.lower_limit, one.upper_limit)
+            for one in self.characteristics
+            if one.name in read or one.name not in general or not one.tolerance.startswith("ISO 2768")
+        )
+
+    def in_its_names(self, inspection: Inspection) -> Inspection:
+        """Returns an inspection whose readings have the name and the limits of their characteristics, where they have
+        any.
+        """
+        readings, named = list[Reading](), dict[str, set[str]]()
+        for reading in inspection.readings:
+            of = self._of(inspection, reading)
+            readings += [_named(reading, one) for one in of] or [reading]
+            for one in of:
+                named.setdefault(one.name, set()).add(inspection.device_of(reading.characteristic))
+        known = {name: "" if "" in devices else ", ".join(sorted(devices)) for name, devices in named.items()}
+        values: Values = (*readings, *inspection.touches, *inspection.points)
+        return replace(inspection, values=values, devices={**inspection.devices, **known})
+
+    def _of(self, inspection: Inspection, reading: Reading) -> list[Characteristic]:
+        """Returns the characteristics that a reading is of: by its name, else by feature and place."""
+        own = [one for one in self.characteristics if one.quantity is reading.quantity]
+        if by_name := [one for one in own if one.name == reading.characteristic]:
+            return by_name
+        matched = match_inspection(self.profile, replace(inspection, values=(reading,))).readings
+        return [one for found in matched for one in own if self._is_of(found, one)]
+
+    def _is_of(self, found: MatchedReading, one: Characteristic) -> bool:
+        other = "" if found.other_index is None else self.profile.names[found.other_index]
+        as_read = replace(one, feature=self.profile.names[found.feature_index], other=other)
+        z_mm = axial_mm(found.reading)
+        there = one.at_z_mm is None or (z_mm is not None and abs(z_mm - one.at_z_mm) < SAME)
+        return there and place_of(as_read, self.profile) == place_of(one, self.profile)
+
+
+def _named(reading: Reading, one: Characteristic) -> Reading:
+    return replace(
+        reading, characteristic=one.name, nominal=one.nominal, lower_limit=one.lower_limit, upper_limit=one.upper_limit
+    )
+
+
+def drawn_of(store: Store, part: Part) -> Drawn | None:
+    """Returns the characteristics of the last correction of a part's type; None where none states any.
+
+    Without those that a file states which the correction was made from: of these the last file speaks.
+    """
+    for kept in reversed(find(store, StoredCorrection, part_type=part.part_type.name)):
+        record, correction = kept.value.record, kept.value.payload
+        if record.part_type is None or record.part_type.identity != part.part_type.identity:
+            continue
+        if not isinstance(correction, Correction) or not record.characteristics:
+            continue
+        of_file = {
+            (reading.characteristic, reading.lower_limit, reading.upper_limit)
+            for one in record.inspections
+            for reading in one.readings
+        }
+        asked = [one.characteristic for one in record.characteristics]
+        own = tuple(one for one in asked if (one.name, one.lower_limit, one.upper_limit) not in of_file)
+        return Drawn(frame_of(correction).back.profile(correction.profile), own)
+    return None
