@@ -142,6 +142,37 @@ def test_touches_and_readings_are_corrected_together(tmp_path: Path) -> None:
     assert 1e3 * model.curves[3].value_mm(10.0)[0] == pytest.approx(12.0, abs=1.5)
 
 
+def test_a_warm_part_is_noted_with_what_that_makes(tmp_path: Path) -> None:
+    """44.020 mm of steel, 15 K above 20 °C: 11.5 µm/m/K · 15 · 0.044 = 7.6 µm; at 20.5 °C no word of it."""
+    warm, cool = (corrected(tmp_path / str(c), f"# temperature_c: {c}\n" + HEADER + ALL_TOO_LARGE) for c in (35, 20.5))
+    (note,) = (str(one) for one in warm.notes if "°C" in str(one))
+    assert "5 readings were taken at up to 35.0 °C: seat-44 diameter" in note and "changes by +7.6 µm" in note
+    assert not any("°C" in str(one) for one in cool.notes)
+
+
+def test_a_coarse_gauge_that_repeats_badly_leaves_the_fine_ones_as_they_are(tmp_path: Path) -> None:
+    """Two readings of a calliper 200 µm apart, to 80 µm each, beside four of a micrometer to 1 µm: these decide alone,
+    as 0.5 µm on the radius of each against √(80² + 141²/2)/2 = 64 µm.
+    """
+    head = "feature,z_mm,diameter_mm,uncertainty_um\n"
+    fine = "".join(f"{row},1\n" for row in ALL_TOO_LARGE.splitlines() if "seat-30" not in row)
+    done = corrected(tmp_path, head + fine + "seat-30,-20,30.120,80\nseat-30,-20,29.920,80\n")
+    assert 1e3 * done.decision.offset_mm[0] == pytest.approx(-10.0, abs=0.01)
+    assert 1e3 * np.sort(done.touches.standard_u_mm) == pytest.approx([0.5, 0.5, 0.5, 0.5, 64.03], abs=0.01)
+
+
+def test_readings_too_vague_for_any_offset_are_refused(tmp_path: Path) -> None:
+    """Five diameters to 100 µm: 50 µm each on the radius, 22 µm all together, over the limit of 10 µm."""
+    vague = "# uncertainty_um: 100\n" + HEADER + ALL_TOO_LARGE
+    with pytest.raises(TrueloopError, match=r"the best of 5 measurements is known to 50\.0 µm") as refused:
+        corrected(tmp_path / "1", vague)
+    assert refused.value.code is Code.CMP_SCATTER
+    far = vague.replace("44.020", "44.220").replace("36.020", "36.220").replace("30.020", "30.220")
+    assert not corrected(tmp_path / "2", far).decision.offset_is_enough
+    known = corrected(tmp_path / "3", vague, "max_scatter_um = 51\n", "compensation")
+    assert known.decision.offset_mm[0] == pytest.approx(-0.010, abs=1e-6)
+
+
 @pytest.mark.parametrize("touched", ["", "a,shoulder-2,21,-80,0\nb,end-face,10,0,0\n"])
 def test_touches_on_faces_take_nothing_from_the_diameters(tmp_path: Path, touched: str) -> None:
     """Seats of 44 and 36 mm 30 µm too large, the others 20: written that much smaller, whether faces are touched or

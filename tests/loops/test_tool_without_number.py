@@ -69,7 +69,7 @@ def test_its_contour_is_corrected_and_no_tool_is_named(tmp_path: Path, dialect: 
     found = corrected(tmp_path, dialect, text, "contour")
     assert b"X29.96" in found.corrected_program
     assert found.wear.tool == 0 and found.wear.blocks == ()
-    assert found.wear.answer.startswith("the finishing tool (no number stated) wear X")
+    assert found.wear.answer.startswith("the finishing tool (its number is not known) wear X")
 
 
 def test_the_second_edge_of_a_sinumeriks_tool_is_named(tmp_path: Path) -> None:

@@ -107,10 +107,12 @@ def _show(plan: "Plan") -> None:
         return f"{100.0 * value:.2f} %" if limits else f"{value:.2f} µm"
 
     what = "largest probability out of limits" if limits else "RMS error along the contour"
+    # Not the cut that a correction was written for: a nominal value that lies on a limit is out half of the time.
+    aimed = ", corrected to its nominal sizes," if limits else ""
     worst = f" ({plan.worst})" if plan.worst else ""
     enough = "is needed" if limits and plan.after < OUT else f"lowers it by more than {100.0 * WORTHWHILE:g} %"
     if not plan.chosen:
-        console.print(f"No measurement {enough}: {what}{worst} of the next part {shown(plan.before)}.")
+        console.print(f"No measurement {enough}: {what}{worst} of the next part{aimed} {shown(plan.before)}.")
         return
     table = Table("measure", "with", box=None, pad_edge=False)
     for heading in ("minutes", "before", "after"):
@@ -120,6 +122,6 @@ def _show(plan: "Plan") -> None:
     console.print(table)
     more = f" No further measurement {enough}." if plan.enough else ""
     console.print(
-        f"\nExpected of the next part, {what}{worst}: {shown(plan.before)} now, {shown(plan.after)} after "
+        f"\nExpected of the next part{aimed or ','} {what}{worst}: {shown(plan.before)} now, {shown(plan.after)} after "
         f"{plan.minutes:.1f} minutes.{more}"
     )

@@ -30,7 +30,7 @@ from trueloop.turned.readings.nominals import other_nominals
 from trueloop.turned.readings.observed import corrected, repeated
 from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.repeats import check_repeats
-from trueloop.turned.readings.vectors import assumed_words, with_readings
+from trueloop.turned.readings.vectors import assumed_words, warm_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
@@ -126,6 +126,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
             place=Place(str(files[0])),
         )
     notes += assumed_words(matched, gauging.readings_u_mm)
+    notes += warm_words(matched)
     one_file = str(files[0]) if len(files) == 1 else None
     with in_file(one_file):
         notes += check_repeats(profile, matched, gauging, options_from(Limits, job))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.domain.option import check_scatter
+from trueloop.domain.option import allowed_by, check_scatter
 from trueloop.domain.record import MARKED
 from trueloop.errors import Code, Place, in_file
 from trueloop.loops.misuse import refuse_misuse
@@ -57,6 +57,7 @@ from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.readings.vectors import counts_from_own_face
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign
+from trueloop.units import UM_PER_MM
 
 
 def compensate(inputs: Inputs, *, sources: bool = True) -> Correction:
@@ -308,6 +309,16 @@ def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: 
         common_u_mm=options.between_cuts.common_difference_mm,
         known=by == "contour" and all(curve.from_memory for curve in model.curves),
     )
+    best_mm, limit_mm = float(np.min(sigma_mm)), options.limits.scatter_mm
+    if best_mm > limit_mm and decided.offset_is_enough and not decided.unit_covariance.any():
+        raise Code.CMP_SCATTER.refusal(
+            f"the best of {len(sigma_mm)} measurements is known to {UM_PER_MM * best_mm:.1f} µm (one standard "
+            f"deviation, along the normal), and together they determine no offset to {UM_PER_MM * limit_mm:.1f} µm: "
+            "they deviate by no more than they scatter, and nothing would be corrected",
+            hint="measure with a better gauge or more often; state the gauge's own uncertainty where it is smaller",
+            override=allowed_by("scatter_mm"),
+            values={"scatter_um": UM_PER_MM * best_mm, "limit_um": UM_PER_MM * limit_mm},
+        )
     unmoved = decide_unmoved(model, float(np.min(sigma_mm)), matched.resolution_mm, by)
     return replace(decided, unmoved=unmoved)
 

@@ -51,7 +51,7 @@ class WearOffset:
     def called(self) -> str:
         """Names the tool: `T3`, `T3 D2` of a second edge; of a tool without a known number words that state so."""
         if not self.tool:
-            return wording("the finishing tool (no number stated)")
+            return wording("the finishing tool (its number is not known)")
         return f"T{self.tool}" if self.edge == 1 else f"T{self.tool} D{self.edge}"
 
     @property

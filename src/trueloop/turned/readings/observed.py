@@ -59,17 +59,27 @@ class Repeated:
 def repeated(profile: Profile, readings: Sequence[MatchedReading], gauging: Gauging) -> tuple[Repeated, ...]:
     """Returns readings of the `CORRECTED` kinds, those of one characteristic together.
 
-    What a gauge repeats to is the spread of its repeats, pooled over all characteristics of one unit: it is in the
-    uncertainty of every reading, by √n of n repeats, beside what is stated for it (`readings_u_mm` where nothing is;
-    of an angle, that over 10 mm). Raises MSR errors for what cannot be right.
+    What a gauge repeats to is the spread of its repeats, pooled over all characteristics of one unit and one stated
+    uncertainty, as another gauge has another: it is in the uncertainty of every such reading, by √n of n repeats,
+    beside what is stated for it (`readings_u_mm` where nothing is; of an angle, that over 10 mm). Raises MSR errors
+    for what cannot be right.
     """
     check_places(readings)
     nominal = [nominal_of(profile, one) for one in readings]
     check_sizes(readings, nominal, gauging.allowance_mm)
     expected = {id(one): value for one, value in zip(readings, nominal, strict=True)}
     groups = [[(one, one.reading.actual - expected[id(one)]) for one in group] for group in in_one_place(readings)]
-    spread = {unit: _pooled_spread(unit, groups) for unit in ("mm", "deg")}
-    return tuple(_together(group, spread, gauging.readings_u_mm) for group in groups)
+    alike: defaultdict[tuple[str, float], list[list[tuple[MatchedReading, float]]]] = defaultdict(list)
+    kinds = [_gauge(group, gauging.readings_u_mm) for group in groups]
+    for kind, group in zip(kinds, groups, strict=True):
+        alike[kind].append(group)
+    spread = {kind: _pooled_spread(of) for kind, of in alike.items()}
+    return tuple(_together(group, spread[kind], kind[1]) for kind, group in zip(kinds, groups, strict=True))
+
+
+def _gauge(group: Sequence[tuple[MatchedReading, float]], assumed_u_mm: float) -> tuple[str, float]:
+    """Returns the unit and the stated uncertainty of readings, which tell gauges apart."""
+    return group[0][0].reading.quantity.unit, stated_u([one for one, _ in group], assumed_u_mm)
 
 
 def in_one_place(readings: Sequence[MatchedReading]) -> list[list[MatchedReading]]:
@@ -80,19 +90,17 @@ def in_one_place(readings: Sequence[MatchedReading]) -> list[list[MatchedReading
     return list(groups.values())
 
 
-def _pooled_spread(unit: str, groups: Sequence[Sequence[tuple[MatchedReading, float]]]) -> float:
+def _pooled_spread(groups: Sequence[Sequence[tuple[MatchedReading, float]]]) -> float:
     """Returns the standard deviation of a single reading; 0 where nothing was read twice."""
-    deviations = [np.array([value for _, value in g]) for g in groups if g[0][0].reading.quantity.unit == unit]
+    deviations = [np.array([value for _, value in group]) for group in groups]
     spare = sum(len(values) - 1 for values in deviations)
     squares = math.fsum(float(np.sum((values - np.mean(values)) ** 2)) for values in deviations)
     return math.sqrt(squares / spare) if spare else 0.0
 
 
-def _together(group: Sequence[tuple[MatchedReading, float]], spread: dict[str, float], assumed_u_mm: float) -> Repeated:
-    unit = group[0][0].reading.quantity.unit
-    stated = stated_u([one for one, _ in group], assumed_u_mm)
+def _together(group: Sequence[tuple[MatchedReading, float]], spread: float, stated: float) -> Repeated:
     mean = math.fsum(value for _, value in group) / len(group)
-    return Repeated(group[0][0], mean, math.hypot(stated, spread[unit] / math.sqrt(len(group))), len(group))
+    return Repeated(group[0][0], mean, math.hypot(stated, spread / math.sqrt(len(group))), len(group))
 
 
 def stated_u(group: Sequence[MatchedReading], assumed_u_mm: float) -> float:

@@ -15,7 +15,7 @@ from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.turned.touches.plausibility import SAME_POINT_MM
 from trueloop.turned.touches.touches import Gauging
 from trueloop.units import UM_PER_MM
-from trueloop.wording import all_of, wording
+from trueloop.wording import Um, all_of, wording
 
 
 @dataclass(frozen=True)
@@ -172,6 +172,37 @@ def assumed_words(readings: Sequence[MatchedReading], assumed_u_mm: float) -> tu
     return (
         f"{count} readings state no uncertainty: a standard uncertainty of {assumed_u_mm * UM_PER_MM:g} µm is "
         "assumed, `gauging.readings_u_um` sets it.",
+    )
+
+
+STEEL_PER_K: Final = 11.5e-6
+"""Expansion of steel (ISO 1); that of aluminium is twice as much."""
+NEAR_K: Final = 1.0
+"""Readings this near to 20 °C are taken to be at it."""
+
+
+def warm_words(readings: Sequence[MatchedReading]) -> tuple[str, ...]:
+    """Describes what the stated temperature of a part makes of its sizes: nothing here takes that out."""
+
+    def off_k(one: MatchedReading) -> float:
+        return 0.0 if one.reading.temperature_c is None else one.reading.temperature_c - 20.0
+
+    def grown_mm(one: MatchedReading) -> float:
+        return STEEL_PER_K * off_k(one) * one.reading.actual
+
+    warm = [one for one in corrected(readings) if abs(off_k(one)) > NEAR_K and one.reading.quantity.unit == "mm"]
+    if not warm:
+        return ()
+    most = max(warm, key=lambda one: abs(grown_mm(one)))
+    return (
+        wording(
+            "{n} readings were taken at up to {c:.1f} °C: {name} of a steel part changes by {grown} from 20 °C "
+            "(11.5 µm/m/K; aluminium twice that). It is neither taken out nor part of ±U: enter sizes at 20 °C",
+            n=len(warm),
+            c=most.reading.temperature_c,
+            name=most.reading.characteristic,
+            grown=Um(grown_mm(most), "+.1f"),
+        ),
     )
 
 
