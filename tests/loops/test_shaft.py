@@ -324,3 +324,12 @@ def test_readings_of_one_place_that_contradict_each_other(
         job.write_text(text.replace("[compensation]\n", "[compensation]\nmax_scatter_um = 80\n"), encoding="utf-8")
     said = run("compensate", job, "--no-store")
     assert ("are further apart than their standard uncertainty of 1.0 µm allows: their mean" in said) == bool(outcome)
+
+
+def test_the_probability_of_the_next_part_is_that_of_one_cut_to_its_nominal_sizes(tmp_path: Path) -> None:
+    """An h6 at its nominal value lies on its limit, out half of the time: `measure next` states what it counts from."""
+    job = shaft_with(tmp_path, SIX)
+    asked = '[[part.characteristic]]\nname = "D36"\nquantity = "diameter"\nfeature = "seat-36"\ntolerance = "h6"\n'
+    job.write_text(job.read_text(encoding="utf-8").replace("[tool]\n", f"{asked}[tool]\n"), encoding="utf-8")
+    said = run("measure", "next", job)
+    assert "of the next part, corrected to its nominal sizes," in said and "(D36)" in said
