@@ -47,8 +47,8 @@ impl Runner<'_> {
         }
         self.warn_named_twice(request);
         match self.state.modal.motion {
-            Motion::Drill => return self.drill(request),
-            Motion::Pass => return self.pass(request),
+            Motion::Drill if !in_machine => return self.drill(request),
+            Motion::Pass if !in_machine => return self.pass(request),
             Motion::Spline(spline) => return self.spline(request, spline),
             _ => {}
         }
@@ -63,6 +63,7 @@ impl Runner<'_> {
         self.check_inverse_time(request);
         let kind = match self.state.modal.motion {
             _ if in_machine && self.program.dialect().rules.machine_moves_rapid => MoveKind::Rapid,
+            Motion::Drill | Motion::Pass if in_machine => MoveKind::Rapid,
             Motion::Rapid => MoveKind::Rapid,
             Motion::Line if request.any(b"m") => MoveKind::Probe,
             Motion::Line => MoveKind::Line,

@@ -144,3 +144,25 @@ def test_dwells_at_the_bottom_count() -> None:
     assert [mill.end_mm[k - 1, 2] for k in mill.dwell_before] == [-5.0] * 3
     text = "G17\nG82 X1 Z-5 R1 P.5 F100\nG85 X2 Z-5 R1\nG89 X3 Z-5 R1 P2"
     assert run(text, "linuxcnc").dwell_s.tolist() == [0.5, 2.0]
+
+
+@pytest.mark.parametrize("cycle", ["G92 X50. Z-5. F1.5", "G83 Z-5. R-3. F.1"])
+def test_a_way_to_a_place_of_the_machine_runs_no_cycle(cycle: str) -> None:
+    before, path = run(cycle), run(f"{cycle}\nG53 X0 Z0")
+    assert rows(path, len(before)) == [("rapid", 0, 0)]
+
+
+@pytest.mark.parametrize(("step", "dialect"), [("Q4000", "fanuc-lathe"), ("K4.", "haas-lathe")])
+def test_pecks_without_a_step_across_stay_where_they_began(step: str, dialect: str) -> None:
+    """From z = 2 to -5 by 4: to -2 and -5, at x = 0; X of the end is that of the start."""
+    path = run(f"G00 X0.\nG74 X0. Z-5. {step} F.1", dialect)
+    assert [row for row in rows(path, 1) if row[0] == "line"][-2:] == [("line", 0, -2), ("line", 0, -5)]
+    assert not [one for one in path.findings if one.code is Code.NC_MISPLACED]
+    path = run(f"G74 R.5\nG74 X40. Z-5. {step} F.1", dialect)
+    assert {row[1] for row in rows(path) if row[0] == "line"} == {30}
+    assert [one.code for one in path.findings if one.code is Code.NC_MISPLACED] == [Code.NC_MISPLACED]
+
+
+def test_the_second_reference_point_is_the_machine_s() -> None:
+    (found,) = run("G30 U0 W0").findings
+    assert (found.code, found.severity) == (Code.NC_OPAQUE, "note")

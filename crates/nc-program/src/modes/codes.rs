@@ -130,7 +130,7 @@ impl Runner<'_> {
             G::SetWorkOffset => self.set_work_offset(request),
             G::ToolOffset => self.tool_offset(request),
             G::Home(number) => self.home(request, usize::from(number)),
-            G::HomeNamed(number) => self.home_named(request, usize::from(number)),
+            G::HomeNamed(number) => self.home_named(request, usize::from(number), word),
             G::Retract => self.retract(request, word),
             G::FixedPoint => self.fixed_point(request, word),
             G::Swivel => self.swivel(word),
@@ -218,7 +218,7 @@ impl Runner<'_> {
             edge,
             oversize: self.state.oversize,
         };
-        if !given && self.options.tools.is_empty() {
+        if self.options.tools.is_empty() {
             self.note_opaque(word, "the path is the programmed contour, not that of the tool's centre");
         }
     }
@@ -375,10 +375,14 @@ impl Runner<'_> {
         let third = along.unwrap_or(self.state.modal.plane.axes().2);
         let goes_on = self.state.hole.filter(|_| self.state.modal.motion == Motion::Drill);
         let initial = goes_on.map_or(self.state.position[third], |hole| hole.initial);
-        let same = goes_on.filter(|hole| (hole.drill, hole.along) == (drill, along));
+        // Z, R, Q and P hold until G80; on LinuxCNC until another cycle.
+        let holds = self.program.dialect().flow == FlowStyle::Macro;
+        let same = goes_on.filter(|hole| hole.along == along && (hole.drill == drill || holds));
+        let dwells = self.dwells_at_bottom(word);
+        let same = same.map(|hole| if holds { Hole { drill, dwells, ..hole } } else { hole });
         let last = self.state.hole.map_or(0, |hole| hole.series);
         let series = if goes_on.is_some() { last } else { last + 1 };
-        let new = || Hole::new(drill, along, self.dwells_at_bottom(word), initial, series);
+        let new = || Hole::new(drill, along, dwells, initial, series);
         self.state.hole = Some(same.unwrap_or_else(new));
         self.state.modal.motion = Motion::Drill;
     }

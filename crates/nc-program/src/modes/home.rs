@@ -90,8 +90,11 @@ impl Runner<'_> {
     }
 
     /// The same of the axes named; without one nothing moves.
-    pub(crate) fn home_named(&mut self, request: &Request, number: usize) {
+    pub(crate) fn home_named(&mut self, request: &Request, number: usize, word: i32) {
         if self.names_axis(request) {
+            if number > 0 {
+                self.note_opaque(word, "the second reference point is the machine's, taken as its zero");
+            }
             return self.home(request, number);
         }
         let message = "a return to the reference point without an axis: nothing moves".into();

@@ -38,7 +38,8 @@ impl Grooving {
         let [into, over] = [0, 1].map(|axis| (self.end[axis] - self.start[axis]).signum());
         let mut steps = Vec::new();
         for groove in 0..grooves as usize {
-            let across = self.start[1] + over * (groove as f64 * self.step).min(width);
+            let across =
+                if groove == 0 { self.start[1] } else { self.start[1] + over * (groove as f64 * self.step).min(width) };
             let at = |deep: f64| [self.start[0] + into * deep, across];
             if groove > 0 {
                 steps.push((MoveKind::Rapid, at(0.0)));
@@ -75,14 +76,21 @@ impl Runner<'_> {
             0 => self.stepped(request, b'P').or(plain(b'I')),
             _ => self.stepped(request, b'Q').or(plain(b'K')),
         };
-        let (peck, step) = (along(deep).unwrap_or(f64::INFINITY), along(across).unwrap_or(f64::INFINITY));
+        let (peck, step) = (along(deep).unwrap_or(f64::INFINITY), along(across));
+        let has_other = step.is_none() && (end[across] - start[across]).abs() > SAME;
+        if has_other {
+            let what = "the step to the groove at its end is not given, that groove is not in the path";
+            let hint = "write the step (G74: P, of Haas I; G75: Q, of Haas K), or leave out the word of that axis";
+            let message = format!("{}: {what}", self.word_text(word));
+            self.warn(finding::MISPLACED, self.word_start(word), message, hint);
+        }
         let relief = plain(b'R').or(self.stepped(request, b'D'));
         let known = !self.state.groove_back.is_nan();
         let grooving = Grooving {
             start: [start[deep], start[across]],
-            end: [end[deep], end[across]],
+            end: [end[deep], if has_other { start[across] } else { end[across] }],
             peck,
-            step,
+            step: step.unwrap_or(f64::INFINITY),
             back: if known { self.state.groove_back } else { PECK_CLEARANCE },
             relief: relief.unwrap_or(0.0).abs(),
         };
