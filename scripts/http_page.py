@@ -68,7 +68,10 @@ def _type(schema: Node) -> str:
         return f"list of {_type(schema.get('items', {}))}"
     if isinstance(more := schema.get("additionalProperties"), dict):
         return f"names with {_type(more)}"
-    return str(schema.get("format") or schema.get("type") or "anything")
+    if schema.get("type") == "object":
+        return "names with anything"
+    kinds = {"string": schema.get("format", "string"), "number": "number", "integer": "integer"}
+    return str(kinds.get(schema.get("type", ""), schema.get("type", "anything")))
 
 
 def _shape(name: str, node: Node) -> str:

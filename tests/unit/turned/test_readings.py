@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -283,6 +284,14 @@ def test_what_a_feature_does_not_have_cannot_be_read_of_it(
     with pytest.raises(TrueloopError) as caught:
         repeated(PROFILE, matched(reading(feature, quantity, 10.0, z_mm)), Gauging())
     assert caught.value.code is code
+
+
+def test_a_place_on_the_far_side_of_the_axis_is_told_the_radius() -> None:
+    far = replace(reading("wide", Quantity.DIAMETER, 44.012, -100.0), place_mm=(-22.0, -100.0))
+    with pytest.raises(TrueloopError) as caught:
+        repeated(PROFILE, matched(far), Gauging())
+    assert "x -22 mm, z -100 mm is not on 'wide', whose radius there is 22 mm" in caught.value.message
+    repeated(PROFILE, matched(replace(far, place_mm=(22.0, -100.0))), Gauging())
 
 
 def test_runout_is_kept_and_no_error_follows() -> None:

@@ -216,7 +216,15 @@ def arc_length_of(feature: Feature, reading: Reading) -> float:
     z_mm = reading.place_mm[-1]
     found = _at_place(feature, reading.place_mm) if len(reading.place_mm) > 1 else _at_z(feature, z_mm)
     if len(found) != 1:
-        ends = sorted((feature.start_mm[1], feature.end_mm[1]))
+        ends, x_mm = sorted((feature.start_mm[1], feature.end_mm[1])), reading.place_mm[0]
+        if len(reading.place_mm) > 1 and (hits := _at_z(feature, z_mm)):
+            radii = " and ".join(f"{float(feature.point_mm(hit)[0]):.4g}" for hit in hits)
+            raise _misplaced(
+                reading,
+                f"x {x_mm:g} mm, z {z_mm:g} mm is not on {feature.name!r}, whose radius there is {radii} mm",
+                "x_mm is the radius of the place, positive on either side of the axis; leave it out where z is there "
+                "once",
+            )
         raise _misplaced(
             reading,
             f"z {z_mm:g} mm is at {len(found)} places of {feature.name!r}, which goes from {ends[0]:g} to "
