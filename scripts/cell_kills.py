@@ -32,7 +32,7 @@ from trueloop.errors import TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
-from trueloop.factory.load import Known, order_of
+from trueloop.factory.load import StoreReader, order_of
 from trueloop.factory.roles import By, Role
 from trueloop.server.identity.keys import NewKey, add_key
 from trueloop.storage.factory_tables import RUN_TOUCHES
@@ -189,7 +189,7 @@ class _Served:
 
 def _order(store: Store, order: str) -> OrderNow:
     with store.reading() as connection:
-        return order_of(Known(connection, store.codec), order)
+        return order_of(StoreReader(connection, store.codec), order)
 
 
 def _recorded(store: Store, orders: list[str]) -> int:

@@ -15,7 +15,7 @@ import numpy as np
 
 from trueloop.errors import Finding
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.loops.post_process.flags import usable
 from trueloop.loops.post_process.series import PartSeen, series_of
 from trueloop.loops.post_process.tracked import RULES, Replay, replay
@@ -30,7 +30,7 @@ RULES_SHOWN: Final = ("measured", "memory", *RULES)
 
 def replays_of(corpus: Path) -> tuple[list[Replay], tuple[Finding, ...]]:
     """The series of the covers replayed, and what is odd about the parts."""
-    file = read_measured_file(corpus / FILE, Stated("mm"))
+    file = read_measured_file(corpus / FILE, StatedFacts("mm"))
     parts, findings = usable([PartSeen(one) for one in file.inspections], take_nominal=False)
     return [replay(one) for one in series_of(parts)], findings
 

@@ -26,7 +26,7 @@ from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.decisions.runs import state_of
 from trueloop.factory.known import OrderNow
-from trueloop.factory.load import Known, order_of, runs_of
+from trueloop.factory.load import StoreReader, order_of, runs_of
 from trueloop.factory.roles import By, Role
 from trueloop.storage.integrity import damage
 from trueloop.storage.store import Store, find, keep, open_store
@@ -102,7 +102,7 @@ def _reject(store: Store, order: str, row: int, step: int) -> None:
 
 def _order(store: Store, order: str) -> OrderNow:
     with store.reading() as connection:
-        return order_of(Known(connection, store.codec), order)
+        return order_of(StoreReader(connection, store.codec), order)
 
 
 def _work(place: str, says: int) -> None:
@@ -147,7 +147,7 @@ def _look_at_steps(store: Store, order: str, tally: Tally) -> None:
     now = _order(store, order)
     attempts = Counter((one.value.part.serial, one.value.step) for one in find(store, Run, work_order=order))
     with store.reading() as connection:
-        known = Known(connection, store.codec)
+        known = StoreReader(connection, store.codec)
         again = {
             (row, json.loads(said).get("step"))
             for row, said in connection.exec_driver_sql("SELECT subject, document FROM event WHERE what = 'decided'")

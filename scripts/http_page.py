@@ -68,10 +68,8 @@ def _type(schema: Node) -> str:
         return f"list of {_type(schema.get('items', {}))}"
     if isinstance(more := schema.get("additionalProperties"), dict):
         return f"names with {_type(more)}"
-    if schema.get("type") == "object":
-        return "names with anything"
-    kinds = {"string": schema.get("format", "string"), "number": "number", "integer": "integer"}
-    return str(kinds.get(schema.get("type", ""), schema.get("type", "anything")))
+    kind = schema.get("type", "anything")
+    return str({"object": "names with anything", "string": schema.get("format", "string")}.get(kind, kind))
 
 
 def _shape(name: str, node: Node) -> str:

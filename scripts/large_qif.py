@@ -89,10 +89,10 @@ def write(path: Path, kind: str, size: int) -> None:
 def read(path: Path) -> None:
     """Reads it in this process and prints what it took."""
     from trueloop.formats.inspections.known import read_measured_file
-    from trueloop.formats.inspections.measured_file import Stated
+    from trueloop.formats.inspections.measured_file import StatedFacts
 
     start = time.process_time()
-    found = read_measured_file(path, Stated())
+    found = read_measured_file(path, StatedFacts())
     taken = time.process_time() - start
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     held = sum(len(one.values) for one in found.inspections)

@@ -17,7 +17,7 @@ from scripts.large_qif import HEAD
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.errors import Severity
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.measure.measured import read_measured, read_part_of_job
 from trueloop.storage.integrity import damage
@@ -43,7 +43,7 @@ def main(points: int = 1_000_000, files: int = 20, *, url: str = "") -> None:
         store = open_store(url or str(Path(name) / "trueloop.db"), create=True)
         clock = _Clock()
         for path in paths:
-            found = clock.took("read, matched, judged", partial(read_measured, path, Stated(None), part))
+            found = clock.took("read, matched, judged", partial(read_measured, path, StatedFacts(None), part))
             assert not [one for each in found.on_part for one in each.findings if one.severity is Severity.ERROR]
             (one,) = found.on_part
             assert one.matches is not None and len(one.matches.touches) == points // files, "each point is of the part"

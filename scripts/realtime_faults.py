@@ -21,7 +21,7 @@ from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.structure import chain_of, turning_terms
 from trueloop.machine.model.term import Part, segments
-from trueloop.realtime.bank import Stated, bank_of, signals_of
+from trueloop.realtime.bank import SignalLimits, bank_of, signals_of
 from trueloop.realtime.image import Identity, Image, RealTimeLimits
 from trueloop.realtime.judge import travel_ways
 from trueloop_lab.linuxcnc.realtime import session
@@ -65,7 +65,7 @@ def lathe(seed: int) -> MachineModel:
 
 def image(model: MachineModel) -> bytes:
     """As the component loads it."""
-    stated = Stated({"T1": (10.0, 45.0), "T2": (10.0, 45.0)}, {"T1": 2.0, "T2": 2.0})
+    stated = SignalLimits({"T1": (10.0, 45.0), "T2": (10.0, 45.0)}, {"T1": 2.0, "T2": 2.0})
     limits = RealTimeLimits((TRAVEL["X"], (-1.0, 1.0), TRAVEL["Z"]), limit_mm=0.3)
     return image_to_bytes(Image(Identity("lathe", ""), limits, bank_of(model, TOOL, signals_of(model, stated))))
 

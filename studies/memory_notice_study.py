@@ -14,7 +14,7 @@ from studies.memory_level_study import SEED
 from trueloop.arrays import Array, Integers
 from trueloop.domain.life import Stage
 from trueloop.memory.made_part import CutErrors, MadePart
-from trueloop.memory.noticing.alarm import Noticed
+from trueloop.memory.noticing.alarm import PartChanges
 from trueloop.memory.noticing.notice import notice_part
 from trueloop_lab.simulator.series import Event, Series, Shop, What, draw
 
@@ -55,11 +55,11 @@ NOISES: Final = (
 )
 
 
-def cleaned(part: MadePart, found: Mapping[Stage, Noticed]) -> MadePart:
+def cleaned(part: MadePart, found: Mapping[Stage, PartChanges]) -> MadePart:
     """The part as it may be learned from: without the touches that were left out, and without its finish inspection
     where that is in quarantine.
     """
-    before, after = (found.get(stage, Noticed()) for stage in (Stage.SEMIFINISH, Stage.FINISH))
+    before, after = (found.get(stage, PartChanges()) for stage in (Stage.SEMIFINISH, Stage.FINISH))
     touches = part.semifinish.chosen(_stays(len(part.semifinish), before))
     if part.finish is None or after.quarantine:
         return replace(part, semifinish=touches, finish=None, correction_mm=None, from_memory_mm=None)
@@ -74,7 +74,7 @@ def cleaned(part: MadePart, found: Mapping[Stage, Noticed]) -> MadePart:
     )
 
 
-def _stays(places: int, found: Noticed) -> Integers:
+def _stays(places: int, found: PartChanges) -> Integers:
     return np.delete(np.arange(places), [touch.index for touch in found.left_out])
 
 
@@ -157,7 +157,7 @@ def _corrections(series: Series, touches: Integers) -> list[tuple[Array, Array]]
     return found
 
 
-def _plain(shop: Shop, number: int, touches: Integers, known: int) -> list[tuple[Noticed, ...]]:
+def _plain(shop: Shop, number: int, touches: Integers, known: int) -> list[tuple[PartChanges, ...]]:
     """What is noticed of parts that might come after `known` ones; what is left out of those is not learned."""
     alike = replace(shop, parts=known + ALIKE, stands_from=known)
     series = draw(alike, np.random.default_rng(SEED + number))

@@ -19,7 +19,7 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part import SetupCorrection, SetupCuts, correct_setup
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
@@ -103,7 +103,7 @@ def several_trial(cuts: Sequence[tuple[OwnContour, Inputs]]) -> SeveralTrial:
     return SeveralTrial(Trial(cuts[0][1], None, (), (), ()), tuple(cuts), tuple(edges))
 
 
-def simulate_several(trial: SeveralTrial, workshops: Mapping[Called, Workshop], seed: int = 0) -> SeveralPart:
+def simulate_several(trial: SeveralTrial, workshops: Mapping[CalledOffset, Workshop], seed: int = 0) -> SeveralPart:
     """One part through the whole loop. Each edge cuts with its own workshop's machine; the first's probe touches."""
     rng, stock = random_of(seed, 0), Stock()
     for one in trial.edges:
@@ -123,7 +123,7 @@ def simulate_several(trial: SeveralTrial, workshops: Mapping[Called, Workshop], 
 
 
 def _finished(
-    trial: SeveralTrial, workshops: Mapping[Called, Workshop], joint: SetupCorrection, stock: Stock, seed: int
+    trial: SeveralTrial, workshops: Mapping[CalledOffset, Workshop], joint: SetupCorrection, stock: Stock, seed: int
 ) -> Stock:
     rng = random_of(seed, 1)
     for (own, inputs), paths, made in zip(trial.cuts, trial.edges, joint.edges, strict=True):

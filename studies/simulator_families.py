@@ -23,7 +23,7 @@ from trueloop.jobs.turned.job import read_cuts, read_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.batch import run_batch
 from trueloop.loops.turned.correction import Inputs
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.statistics import rms
 from trueloop.turned.fit.between_cuts import NONE
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -210,7 +210,7 @@ def _of_one(trials: Sequence[Trial], workshop: Workshop, seed: int) -> Made:
     return Made(np.concatenate([part.finish_truth_mm for part in parts]), np.concatenate(bands))
 
 
-def _of_several(trial: SeveralTrial, shops: Mapping[Called, Workshop], seed: int) -> Made:
+def _of_several(trial: SeveralTrial, shops: Mapping[CalledOffset, Workshop], seed: int) -> Made:
     part = simulate_several(trial, shops, seed)
     return Made(part.finish_truth_mm, part.expanded_u_mm)
 

@@ -14,8 +14,8 @@ from trueloop.factory.known import Offer
 from trueloop.factory.roles import By, Role
 from trueloop.formats.examples import copy_example, example
 from trueloop.formats.input_file import read_program
-from trueloop.formats.inspections.measured_file import Stated
-from trueloop.jobs.measure.keep_measured import Shown, keep_measured
+from trueloop.formats.inspections.measured_file import StatedFacts
+from trueloop.jobs.measure.keep_measured import StatedCut, keep_measured
 from trueloop.jobs.measure.measured import Chosen, read_measured, read_part_of_job
 from trueloop.jobs.series import Adding, accepted, add_files, propose
 from trueloop.jobs.store.opened import made
@@ -58,8 +58,8 @@ def _edge_parts(db: str, folder: Path) -> None:
         compensate_and_keep(job, folder / "out", Keeping(db, serial))
         finished = job.parent / f"finish-{count}.csv"
         if finished.exists():
-            found = read_measured(finished, Stated(), read_part_of_job(job), Chosen(serial))
-            keep_measured([found], job, Shown("finish"), Keeping(db, serial))
+            found = read_measured(finished, StatedFacts(), read_part_of_job(job), Chosen(serial))
+            keep_measured([found], job, StatedCut("finish"), Keeping(db, serial))
 
 
 def _copies(name: str, folder: Path) -> Path:

@@ -17,7 +17,7 @@ from trueloop.nc.match.cutters import cutters
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.matching import match_contour
 from trueloop.nc.program.along import feed_moves, nose_centre_moves
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import read_program
 
 PATH = nose_centre_path(facetst(), NOSE_RADIUS_MM).features
@@ -25,10 +25,10 @@ COMPENSATED = b"G21 G18 G8 G90 F100\nG0 X30 Z5\nG42 G1 X20 Z5\nG1 Z-10\nM2\n"
 BORED = COMPENSATED.replace(b"G42", b"G41")
 
 GROOVE = [Line("wall", (25.0, -40.0), (20.0, -40.0)), Line("floor", (20.0, -40.0), (20.0, -34.0))]
-LEFT, RIGHT = CuttingEdge(Called(5), 0.0, "left"), CuttingEdge(Called(15), 0.0, "right")
+LEFT, RIGHT = CuttingEdge(CalledOffset(5), 0.0, "left"), CuttingEdge(CalledOffset(15), 0.0, "right")
 
 
-def _groove_cut_by(*calls: Called) -> tuple[CuttingEdge | None, ...]:
+def _groove_cut_by(*calls: CalledOffset) -> tuple[CuttingEdge | None, ...]:
     """The wall and the floor of a groove, cut by the one and the floor again by the other."""
     moves = [*cut(GROOVE), *cut(GROOVE[1:], first=2, chain=1)]
     calling = {move.index: call for move, call in zip(moves, (calls[0], *calls), strict=True)}
@@ -49,8 +49,8 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.NC_AMBIGUOUS: lambda: match_contour(
         [*cut(PATH), *cut([to(PATH[3].start_mm, PATH[3].end_mm)], first=4, chain=1)], facetst(), NOSE_RADIUS_MM
     ),
-    Code.NC_TOOLS: lambda: _groove_cut_by(Called(5), Called(15)),
-    Code.NC_EDGE: lambda: _groove_cut_by(Called(15), Called(15)),
+    Code.NC_TOOLS: lambda: _groove_cut_by(CalledOffset(5), CalledOffset(15)),
+    Code.NC_EDGE: lambda: _groove_cut_by(CalledOffset(15), CalledOffset(15)),
     Code.NC_NO_TOOL: lambda: _calls(b"T0303"),
 }
 

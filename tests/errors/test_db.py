@@ -10,7 +10,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code
 from trueloop.jobs.db.checked import check_store
 from trueloop.jobs.db.copied import read_export
-from trueloop.jobs.db.imported import Inspected, import_files
+from trueloop.jobs.db.imported import InspectionOptions, import_files
 from trueloop.jobs.db.named import named
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.opened import made
@@ -22,7 +22,7 @@ MODBAS2 = Path(__file__).parents[2] / "examples" / "modbas2"
 def _imported(path: Path, *serials: str) -> None:
     store = open_store("sqlite://", create=True, codec=store_codec())
     for serial in serials:
-        list(import_files(store, [path], Inspected(MODBAS2 / "job.toml", serial)))
+        list(import_files(store, [path], InspectionOptions(MODBAS2 / "job.toml", serial)))
 
 
 def _exists() -> None:

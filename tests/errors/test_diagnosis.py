@@ -16,7 +16,7 @@ from trueloop.domain.inspection import BothInspections, MachineStood
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.diagnose.both import both_of_machine, cut_under_others, given_model
 from trueloop.jobs.diagnose.records import keep_standard, part_named, standard_of
@@ -66,7 +66,7 @@ def _not_calibrated() -> object:
         file = Path(folder) / "certificate.csv"
         file.write_text("characteristic,quantity,nominal_mm,actual_mm\nd1,diameter,40,40.001\n")
         store = open_store("sqlite://", create=True)
-        return keep_standard(store, file, standard_of("shaft", "master"), Stated())
+        return keep_standard(store, file, standard_of("shaft", "master"), StatedFacts())
 
 
 def _tools_alike() -> object:

@@ -11,7 +11,7 @@ from trueloop.domain.part import Part
 from trueloop.errors import Code
 from trueloop.jobs.measure.keep_measured import no_edge, require_stage
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of
+from trueloop.jobs.store.finish_cut import CutStatement, correction_of
 from trueloop.jobs.store.history import errors_of, order_in_doubt
 from trueloop.jobs.store.keep_correction import without_inspection
 from trueloop.jobs.store.of_this_part import other_points, require_later, require_size
@@ -64,7 +64,7 @@ def _found(error_um: float, points: int) -> object:
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.STO_PROGRAM: lambda: program_that_ran(PLAIN, cut_of(PLAIN, program_sha256="0" * 64)),
     Code.STO_STAGE: _another_stage,
-    Code.STO_LINK: lambda: correction_of(_store(), PART, SaidOfCut()),
+    Code.STO_LINK: lambda: correction_of(_store(), PART, CutStatement()),
     Code.STO_CLOCK: lambda: require_later(
         ("the inspection before the finish cut", datetime(2026, 1, 6, 8, tzinfo=UTC)),
         ("the inspection after it", datetime(2026, 1, 6, 7, tzinfo=UTC)),

@@ -10,7 +10,7 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated, Unit
+from trueloop.formats.inspections.measured_file import StatedFacts, Unit
 from trueloop.formats.inspections.shared.text import number_in
 from trueloop.jobs.measure.measured import read_measured, read_part_of_job, write_measured
 from trueloop.turned.readings.match import match_inspection
@@ -22,7 +22,7 @@ def _read(content: bytes, name: str, mapping: str = "", unit: Unit | None = None
         path, stated = Path(folder) / name, Path(folder) / "meaning.toml"
         path.write_bytes(content)
         stated.write_text(mapping, encoding="utf-8")
-        return read_measured_file(path, Stated(unit, stated if mapping else None))
+        return read_measured_file(path, StatedFacts(unit, stated if mapping else None))
 
 
 def _on_shaft(*rows: str, output: str = "") -> object:
@@ -30,7 +30,7 @@ def _on_shaft(*rows: str, output: str = "") -> object:
     with tempfile.TemporaryDirectory() as folder:
         path, part = Path(folder) / "print.txt", read_part_of_job(write_job(Path(folder)))
         path.write_text("".join(f"{row}\n" for row in rows), encoding="utf-8")
-        file = read_measured(path, Stated("mm"), part)
+        file = read_measured(path, StatedFacts("mm"), part)
         if output:
             return write_measured([file], part, Path(folder) / output, [path])
         return [found for one in file.on_part for found in one.findings]
@@ -52,7 +52,7 @@ def part(number: int) -> str:
 
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
-    Code.MSR_FILE: lambda: read_measured_file(Path("/nowhere/part.dmo"), Stated()),
+    Code.MSR_FILE: lambda: read_measured_file(Path("/nowhere/part.dmo"), StatedFacts()),
     Code.MSR_COUNTED: lambda: _read(b"K1001/1 4711\nK2002/1 cracks\nK2004/1 1\nK0021/1 3\n", "counts.dfq"),
     Code.MSR_SIZE: lambda: _read(b"<QIFDocument>" + b"<a>" * 300, "deep.qif"),
     Code.MSR_FORMAT: lambda: _read(b"Dear colleague,\nthe part is fine.\n", "letter.txt"),

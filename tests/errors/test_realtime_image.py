@@ -17,7 +17,7 @@ from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import CONSTANT, Part, Term
-from trueloop.realtime.bank import Stated, bank_of, signals_of
+from trueloop.realtime.bank import SignalLimits, bank_of, signals_of
 
 
 def growing(*signals: str, **identified: tuple[float, float]) -> MachineModel:
@@ -37,7 +37,7 @@ def image_of(model: MachineModel, options: ImageOptions | None = None) -> object
 
 def _five_axes() -> object:
     model = any_model(set_back_chain("five-axis-table-table-ac"), np.random.default_rng(1))
-    return bank_of(model, (0.0, 0.0, 0.0), signals_of(model, Stated({"T1": (15.0, 30.0)}, {})))
+    return bank_of(model, (0.0, 0.0, 0.0), signals_of(model, SignalLimits({"T1": (15.0, 30.0)}, {})))
 
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
@@ -72,11 +72,11 @@ OTHERS: dict[str, tuple[Code, Callable[[], object], str]] = {
     "too many signals": (Code.RTC_SIGNAL, lambda: signals_of(growing(*MANY, **dict.fromkeys(MANY, (0.0, 1.0)))), "16"),
     "a range without an inside": (Code.RTC_SIGNAL, lambda: signals_of(growing("T1", T1=(18.0, 18.0))), "--range T1="),
     "a range of another signal": (
-        *(Code.RTC_SIGNAL, lambda: signals_of(growing("T1", T1=(18.0, 25.0)), Stated({"T9": (1.0, 2.0)}, {}))),
+        *(Code.RTC_SIGNAL, lambda: signals_of(growing("T1", T1=(18.0, 25.0)), SignalLimits({"T9": (1.0, 2.0)}, {}))),
         "T9",
     ),
     "a step of nothing": (
-        *(Code.RTC_SIGNAL, lambda: signals_of(growing("T1", T1=(18.0, 25.0)), Stated({}, {"T1": 0.0}))),
+        *(Code.RTC_SIGNAL, lambda: signals_of(growing("T1", T1=(18.0, 25.0)), SignalLimits({}, {"T1": 0.0}))),
         "T1 0",
     ),
     "another machine": (

@@ -9,7 +9,7 @@ import pytest
 from tests.support.correction import EXAMPLES, example_inputs
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.realtime.image import Placing, table_of_job
-from trueloop.loops.realtime.process_table import Placed, process_table
+from trueloop.loops.realtime.process_table import PlacedCorrection, process_table
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
 
@@ -27,7 +27,7 @@ def _table(*changes: tuple[bytes, bytes]) -> object:
         assert source.count(before) == 1
         source = source.replace(before, after)
     inputs = replace(inputs, program=read_program(source, "linuxcnc", "finish.ngc"))
-    return process_table(inputs.program, inputs.run, compensate(inputs), Placed((100.0, -300.0)))
+    return process_table(inputs.program, inputs.run, compensate(inputs), PlacedCorrection((100.0, -300.0)))
 
 
 def _named(mode: bytes, *changes: tuple[bytes, bytes]) -> object:
@@ -104,7 +104,7 @@ def test_a_corrected_program_gets_no_table() -> None:
     inputs = example_inputs("linuxcnc")
     correction = compensate(inputs)
     corrected = read_program(correction.corrected_program, "linuxcnc", "corrected.ngc")
-    error = refused(partial(process_table, corrected, inputs.run, correction, Placed((0.0, 0.0))))
+    error = refused(partial(process_table, corrected, inputs.run, correction, PlacedCorrection((0.0, 0.0))))
     assert error.code is Code.CMP_TWICE
 
 
@@ -112,7 +112,7 @@ def test_the_program_of_another_correction_gets_no_table() -> None:
     """A cone shifted by 10 µm is another contour than the one that was corrected."""
     inputs = example_inputs("linuxcnc")
     other = read_program(inputs.program.source.replace(b"#47 = 0 ", b"#47 = 0.0004 "), "linuxcnc", "finish.ngc")
-    error = refused(partial(process_table, other, inputs.run, compensate(inputs), Placed((0.0, 0.0))))
+    error = refused(partial(process_table, other, inputs.run, compensate(inputs), PlacedCorrection((0.0, 0.0))))
     assert error.code is Code.RTC_TABLE and "µm off the one that was corrected" in error.message
 
 
@@ -127,5 +127,5 @@ def test_a_line_that_runs_twice_is_refused() -> None:
     back = b"G0 Z1\nG0 X8\nG0 Z-8\n#46 = 3.52\nO1 endrepeat\n"
     source = inputs.program.source.replace(WAY_IN, b"#46 = 3.72\nO1 repeat [2]\n" + WAY_IN).replace(LAST, LAST + back)
     looped = read_program(source, "linuxcnc", "finish.ngc")
-    error = refused(partial(process_table, looped, inputs.run, compensate(inputs), Placed((0.0, 0.0))))
+    error = refused(partial(process_table, looped, inputs.run, compensate(inputs), PlacedCorrection((0.0, 0.0))))
     assert error.code is Code.RTC_LINE and error.values == {"line": 18, "times": 2}

@@ -18,12 +18,12 @@ from trueloop.factory.book import Book, inspected_again
 from trueloop.jobs.series import Adding, add_files, proposal_named, tools_of_job
 from trueloop.loops.post_process.decide import OVERRIDES, decide
 from trueloop.loops.post_process.flags import few_findings, usable
-from trueloop.loops.post_process.propose import Made, proposals_of, tool_proposals
+from trueloop.loops.post_process.propose import ProposalContext, proposals_of, tool_proposals
 from trueloop.loops.post_process.series import PartSeen, SeriesOptions, When, parts_in_order, series_of
-from trueloop.loops.post_process.tracked import Tracked
+from trueloop.loops.post_process.tracked import TrackedSeries
 from trueloop.storage.store import Store, open_store
 
-MADE_BY = Made("me", MADE)
+MADE_BY = ProposalContext("me", MADE)
 LEVEL = (26.0, 29.0, 28.0)
 SHAFT_JOB = Path(__file__).parents[2] / "examples" / "shaft" / "job.toml"
 
@@ -56,8 +56,8 @@ def _in_inches() -> Inspection:
 
 
 def _decide(
-    tracked: Tracked,
-    of: Tracked | None = None,
+    tracked: TrackedSeries,
+    of: TrackedSeries | None = None,
     options: SeriesOptions | None = None,
     days: float = 0.0,
     earlier: Sequence[ProposalDecision] = (),

@@ -55,7 +55,7 @@ def _too_often() -> None:
 def _twice() -> None:
     store = _store()
     for body in ("1" * 64, "2" * 64):
-        once.begin(store, once.Asked("person::otto", "k-1", body), AT)
+        once.begin(store, once.KeyedRequest("person::otto", "k-1", body), AT)
 
 
 def _another_host() -> None:

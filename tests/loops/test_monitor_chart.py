@@ -12,13 +12,13 @@ from trueloop.loops.monitor.chart import MonitoredSeries, chart_of
 from trueloop.loops.monitor.known import PartFacts
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.series import PartSeen, series_of
-from trueloop.loops.post_process.tracked import Tracked, tracked
+from trueloop.loops.post_process.tracked import TrackedSeries, tracked
 
 SCATTER = np.random.default_rng(4773).normal(0.0, 1.0, 30)
 STEP = 8.0 * (np.arange(30) >= 20)
 
 
-def followed(errors_um: Sequence[float], taken_um: Sequence[float] = (), set_at: int = -1) -> Tracked:
+def followed(errors_um: Sequence[float], taken_um: Sequence[float] = (), set_at: int = -1) -> TrackedSeries:
     """A series of one diameter; `taken_um` is what a correction took off each part."""
     plain = [
         PartSeen(inspection(str(100 + k), {"journal": e}), set_before=k == set_at) for k, e in enumerate(errors_um)
@@ -31,7 +31,7 @@ def followed(errors_um: Sequence[float], taken_um: Sequence[float] = (), set_at:
     return tracked(series_of(parts)[0])
 
 
-def charted(series: Tracked, diagnosis: Diagnosis | None = None, **options: object) -> MonitoredSeries:
+def charted(series: TrackedSeries, diagnosis: Diagnosis | None = None, **options: object) -> MonitoredSeries:
     facts = [PartFacts(one.made.serial) for one in series.parts]
     return chart_of(series, facts, ChartOptions(**{"baseline": 15, **options}), diagnosis)  # type: ignore[arg-type]
 

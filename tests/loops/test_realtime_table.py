@@ -23,7 +23,7 @@ from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.turned.job import read_job
-from trueloop.loops.realtime.process_table import Placed, ProcessTable, process_table
+from trueloop.loops.realtime.process_table import PlacedCorrection, ProcessTable, process_table
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.process_intermittent import compensate
@@ -83,7 +83,7 @@ def judged(inputs: Inputs, folder: Path, tip: int = 0, origin_mm: tuple[float, f
     fine = read_program(program.source, program.dialect.name, program.file, program.unit, DECIMALS)
     inputs = replace(inputs, program=fine, made_at=NOW)
     correction = compensate(inputs)
-    table = process_table(inputs.program, inputs.run, correction, Placed(origin_mm, tip))
+    table = process_table(inputs.program, inputs.run, correction, PlacedCorrection(origin_mm, tip))
     tools = [Tool(1, inputs.nose_radius_mm, tip or 9)]
     sources = correction.source_program, correction.corrected_program
     given, corrected = (moves_of(source, folder, tools) for source in sources)

@@ -15,7 +15,7 @@ from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import usable
-from trueloop.loops.post_process.propose import Made, effect_of, fitted_offset, moved_by_offset, proposals_of
+from trueloop.loops.post_process.propose import ProposalContext, effect_of, fitted_offset, moved_by_offset, proposals_of
 from trueloop.loops.post_process.series import (
     ADJUSTS,
     Parameter,
@@ -34,7 +34,7 @@ from trueloop.memory.level.whitening import REDUCED
 from trueloop_lab.loops.series import CYLINDER, simulate
 from trueloop_lab.simulator.series import Shop, draw
 
-BY = Made("me", MADE)
+BY = ProposalContext("me", MADE)
 
 
 def _proposed(*errors_um: float) -> tuple[Proposal, ...]:

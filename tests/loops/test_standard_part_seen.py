@@ -5,7 +5,7 @@ from trueloop.diagnosis.features.feature_error import ErrorKind
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, StandardPart
 from trueloop.domain.part import Part, PartType
-from trueloop.loops.diagnosis.part import Inspected, against_calibrated
+from trueloop.loops.diagnosis.part import InspectedPart, against_calibrated
 from trueloop.loops.diagnosis.points_of import places_of
 
 PART = Part(PartType("master"), "M1")
@@ -19,7 +19,7 @@ def found(actual_mm: float, nominal_mm: float | None = 50.0, name: str = "D") ->
 
 def test_errors_of_a_standard_part_count_from_its_calibrated_values() -> None:
     seen = found(50.022)
-    inspected = Inspected(PART, SeenPart("M1", 0, {}, standard=True), {SeenBy.MACHINE: seen}, CALIBRATED)
+    inspected = InspectedPart(PART, SeenPart("M1", 0, {}, standard=True), {SeenBy.MACHINE: seen}, CALIBRATED)
     errors = inspected.with_errors(places_of([seen])).errors[SeenBy.MACHINE]
     radius = next(one for one in errors if one.kind is ErrorKind.RADIUS)
     assert abs(radius.value_mm - 0.006) < 1e-9  # 12 µm above calibrated on the diameter

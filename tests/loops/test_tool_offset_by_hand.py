@@ -15,7 +15,7 @@ from tests.support.machined_path import distances_mm, interpreted_points
 from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.nc.program.called import Called, called
+from trueloop.nc.program.called import CalledOffset, called
 from trueloop.nc.program.program import read_program
 from trueloop.report.turned.correction_json import correction_as_dict
 from trueloop.report.turned.page import page
@@ -109,7 +109,7 @@ def test_in_each_controls_own_words(dialect: str, head: str, is_diameter: bool |
     program = read_program(f"{head}\n{tail}".encode(), dialect)
     path = program.run()
     call = called(program.dialect, path, len(path) - 1)
-    assert call == Called(5)
+    assert call == CalledOffset(5)
     found = wear_offset(program, path, len(path) - 1, (-0.012, 0.004), 5, is_diameter)
     assert found.blocks == blocks
 

@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 from trueloop import example
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.dxf import read_dxf
-from trueloop.formats.cad.dxf_document import Drawn, drawn, open_document
+from trueloop.formats.cad.dxf_document import DrawnEntity, drawn, open_document
 from trueloop.formats.cad.dxf_entities import edges_of, unfolded
 
 VERSIONS = ("R12", "R2000", "R2010")
 KINDS = ("line", "arc", "circle", "text", "polyline", "old polyline", "spline", "insert", "paper", "behind", "thick")
 
 
-def all_by_ezdxf(path: Path) -> list[Drawn]:
+def all_by_ezdxf(path: Path) -> list[DrawnEntity]:
     return [drawn(entity) for entity in ezdxf.filemanagement.readfile(path).modelspace()]
 
 
@@ -132,7 +132,7 @@ def test_what_is_unusual_is_read_or_refused_as_by_ezdxf(version: str, old: str, 
     assert str(ours) == str(theirs)
 
 
-def again(one: Drawn) -> Drawn:
+def again(one: DrawnEntity) -> DrawnEntity:
     """A plain line as an entity of ezdxf, to compare with."""
     if one.entity is not None:
         return one

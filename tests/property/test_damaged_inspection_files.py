@@ -12,7 +12,7 @@ from tests.support.qdas import characteristic as field_of
 from tests.support.qif import characteristic, document, measured, results
 from trueloop.errors import TrueloopError
 from trueloop.formats.inspections.known import KNOWN, read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
 POINTS = (
     '<MeasuredFeatures><PointFeatureMeasurement id="60"><FeatureItemId>51</FeatureItemId><Location>9 9 9</Location>'
@@ -78,7 +78,7 @@ def _read(folder: Path, name: str, content: bytes) -> MeasuredFile | TrueloopErr
     path = folder / name
     path.write_bytes(content)
     try:
-        return read_measured_file(path, Stated("mm"))
+        return read_measured_file(path, StatedFacts("mm"))
     except TrueloopError as error:
         assert str(error.code) in str(error) and error.place is not None
         return error

@@ -15,7 +15,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.dmis.results import dmis_results
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 
 LENGTHS = st.integers(-(10**9), 10**9).map(lambda nanometres: nanometres / 1e6)
 SIZES = st.integers(10**5, 10**8).map(lambda nanometres: nanometres / 1e6)
@@ -127,6 +127,6 @@ def test_centres_of_a_ball_and_touches_are_not_written(value: Touch | CmmPoint) 
 @pytest.mark.corpus
 @pytest.mark.parametrize("name", ["modbas2-semifinish.dmo", "shaft-two-runs.dmo"])
 def test_files_in_the_form_of_real_ones_come_back(name: str, corpus: Path) -> None:
-    file = read_measured_file(corpus / "data" / "made" / "dmis" / name, Stated())
+    file = read_measured_file(corpus / "data" / "made" / "dmis" / name, StatedFacts())
     again = read_text(dmis_results(file.inspections, name), name=name)
     assert [_comparable(one) for one in again.inspections] == [_comparable(one) for one in file.inspections]

@@ -66,7 +66,7 @@ class Shop:
     def known(self) -> runs.RunsFacts:
         rows = {part.value: part.row for part in self.order.parts}
         told = {
-            key: runs.RunKnown(
+            key: runs.KnownRun(
                 run, rows[run.part], tuple(self.facts.get(key, ())), frozenset(self.touches.get(key, ()))
             )
             for key, run in self.runs.items()

@@ -15,7 +15,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 from trueloop.formats.inspections.qdas.writer import dfq_of
 from trueloop.formats.inspections.qif.writer import qif_of
 
@@ -92,7 +92,7 @@ def _keeps_the_rules(content: bytes) -> None:
 def _read(folder: Path, name: str, content: bytes) -> MeasuredFile:
     path = folder / name
     path.write_bytes(content)
-    return read_measured_file(path, Stated())
+    return read_measured_file(path, StatedFacts())
 
 
 def _without_origin(one: Inspection) -> Inspection:
@@ -173,7 +173,7 @@ def test_points_are_written_with_their_ball(folder: Path) -> None:
 
 @pytest.mark.corpus
 def test_the_twenty_covers_written_again(folder: Path, corpus: Path) -> None:
-    found = read_measured_file(corpus / "data/public/qif/nist-cover-20-parts.QIF", Stated("mm"))
+    found = read_measured_file(corpus / "data/public/qif/nist-cover-20-parts.QIF", StatedFacts("mm"))
     content = qif_of(found.inspections)
     _keeps_the_rules(content)
     again = _read(folder, "cover.qif", content)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from trueloop.domain.inspection import Reading
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 
 HEADINGS = {
     "name": ["Merkmal", "Characteristic", "name", "Bezeichnung"],
@@ -85,7 +85,7 @@ def _read(content: bytes) -> list[Reading]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "table.csv"
         path.write_bytes(content)
-        file = read_measured_file(path, Stated())
+        file = read_measured_file(path, StatedFacts())
     assert {one.part.serial for one in file.inspections} == {"S0", "S1"}
     assert not [remark for remark in file.remarks if "deviations" in remark.text]
     return [reading for one in file.inspections for reading in one.readings]

@@ -17,7 +17,7 @@ from httpx2 import Response
 from tests.support.awaited import awaited
 from tests.support.service import Caller, Running, problem, started
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.factory.uploads import ReadAs, Upload, upload_view
+from trueloop.jobs.factory.uploads import ReadingOptions, Upload, upload_view
 from trueloop.jobs.store.codec import store_codec
 from trueloop.server.apart.reading import AT_ONCE, PROCESSES, read_apart
 from trueloop.server.settings import Limits, Settings
@@ -167,7 +167,7 @@ def test_more_than_some_do_not_wait(limited: Starts, monkeypatch: pytest.MonkeyP
     upload = Upload("forever.ngc", sha256(FOREVER).hexdigest(), FOREVER)
 
     async def at_once(count: int) -> list[object]:
-        many = [read_apart(here, upload, ReadAs(), upload_view) for _ in range(count)]
+        many = [read_apart(here, upload, ReadingOptions(), upload_view) for _ in range(count)]
         return list(await asyncio.gather(*many, return_exceptions=True))
 
     refused = awaited(at_once(AT_ONCE + 2))

@@ -12,7 +12,7 @@ from tests.support.service import Caller, Running, problem
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.factory.tasks import run_task
 from trueloop.jobs.factory.runners import RUNNERS
-from trueloop.jobs.factory.uploads import KEPT, Handed, kind_of
+from trueloop.jobs.factory.uploads import KEPT, HandedFile, kind_of
 from trueloop.storage.store import find
 
 MODBAS2 = Path(__file__).parents[2] / "src" / "trueloop" / "examples" / "modbas2"
@@ -223,14 +223,14 @@ def test_what_is_handed_over_is_its_owners_and_for_a_day(service: Running) -> No
 def test_tables_are_known_by_their_ending(ending: str, tmp_path: Path) -> None:
     file = tmp_path / f"values.{ending.upper()}"
     file.write_bytes(b"PK\x03\x04")
-    assert kind_of(Handed(str(file), file.name, "")) == "measurement"
+    assert kind_of(HandedFile(str(file), file.name, "")) == "measurement"
 
 
 @pytest.mark.parametrize(("content", "kind"), [(SIZES, "measurement"), (PROBE, "program")])
 def test_a_text_is_a_table_by_its_headings(content: bytes, kind: str, tmp_path: Path) -> None:
     file = tmp_path / "handed.txt"
     file.write_bytes(content)
-    assert kind_of(Handed(str(file), file.name, "")) == kind
+    assert kind_of(HandedFile(str(file), file.name, "")) == kind
 
 
 def test_what_is_no_program_says_so(service: Running) -> None:

@@ -6,12 +6,12 @@ from typing import Final
 
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
-NOTHING: Final = Stated()
+NOTHING: Final = StatedFacts()
 
 
-def read_text(text: str | bytes, stated: Stated = NOTHING, name: str = "part.dmo") -> MeasuredFile:
+def read_text(text: str | bytes, stated: StatedFacts = NOTHING, name: str = "part.dmo") -> MeasuredFile:
     """What is read of a file that holds the text."""
     content = text.encode() if isinstance(text, str) else text
     with tempfile.TemporaryDirectory() as folder:

@@ -12,7 +12,7 @@ from trueloop.domain.record import Correction, Product, Program, ProgramText, Re
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import Offer, OrderNow
-from trueloop.factory.load import Known, order_of
+from trueloop.factory.load import StoreReader, order_of
 from trueloop.factory.roles import By, Role
 from trueloop.storage.store import Store, keep
 
@@ -64,7 +64,7 @@ class Shop:
 
     def now_is(self) -> OrderNow:
         with self.store.reading() as connection:
-            return order_of(Known(connection, self.store.codec), self.order)
+            return order_of(StoreReader(connection, self.store.codec), self.order)
 
     def next(self) -> Offer | None:
         offer: Offer | None = self.do(ask.NextBlock("lathe"), CELL)

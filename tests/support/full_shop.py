@@ -20,7 +20,7 @@ from trueloop.factory.book import read_book
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.roles import By, Role
 from trueloop.factory.shown.machines import heard
-from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.loops.post_process.propose import ProposalContext, proposals_of
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.loops.turned.stored import enveloped
 from trueloop.storage.store import Store, keep
@@ -93,7 +93,7 @@ def _series(shop: Shop) -> None:
     settings = Setting(EDGE, SET_AT), Setting(EDGE, MADE_AT)
     keep(shop.store, [Cut(one.part, Stage.FINISH, settings[k >= 4], order=10 + k) for k, one in enumerate(seen)])
     book = read_book(shop.store, "SHAFT", SeriesOptions())
-    keep(shop.store, list(proposals_of(book.tracked, SeriesOptions(), Made("ana", shop.now)))[:1])
+    keep(shop.store, list(proposals_of(book.tracked, SeriesOptions(), ProposalContext("ana", shop.now)))[:1])
 
 
 def _heard(shop: Shop) -> None:

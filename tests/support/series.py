@@ -7,7 +7,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.loops.post_process.series import PartSeen, series_of
-from trueloop.loops.post_process.tracked import Tracked, tracked
+from trueloop.loops.post_process.tracked import TrackedSeries, tracked
 
 MADE = datetime(2026, 3, 1, 8, tzinfo=UTC)
 NOMINAL_MM = 24.0
@@ -42,7 +42,7 @@ def seen(*errors_um: float, name: str = "journal") -> tuple[PartSeen, ...]:
     return tuple(PartSeen(inspection(str(k), {name: error})) for k, error in enumerate(errors_um, 1))
 
 
-def followed(*errors_um: float, name: str = "journal") -> Tracked:
+def followed(*errors_um: float, name: str = "journal") -> TrackedSeries:
     """The series of these parts, followed."""
     (series,) = series_of(seen(*errors_um, name=name))
     return tracked(series)

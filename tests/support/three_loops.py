@@ -16,7 +16,7 @@ from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.geometry.offset import nose_centre_path
-from trueloop.loops.realtime.process_table import Placed, process_table
+from trueloop.loops.realtime.process_table import PlacedCorrection, process_table
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.nc.program.program import read_program
@@ -216,7 +216,7 @@ def finished() -> tuple[Stock, Driven, int]:
     touches = error_vectors_of(latched.on_mm)
     inputs = replace(trial.inputs, touches=touches)
     correction = compensate(inputs)
-    table = process_table(inputs.program, inputs.run, correction, Placed(ORIGIN_MM))
+    table = process_table(inputs.program, inputs.run, correction, PlacedCorrection(ORIGIN_MM))
     held = image(table.blocks)
     files = {"finish.ngc": inputs.program.source, "table.rtec": image_to_bytes(held)}
     exchanged: list[Step] = [("put", "table.rtec", "image.rtec"), put("rtec.reload", 1), wait("rtec.generation", 2)]

@@ -9,7 +9,7 @@ from trueloop.cli.shared_options import argument, option
 from trueloop.cli.terminal import AsJson, Group, print_json
 
 if TYPE_CHECKING:
-    from trueloop.controllers.linuxcnc.cell.journal import Known, RunNow
+    from trueloop.controllers.linuxcnc.cell.journal import JournalState, RunNow
 
 app = Group("Beside a machine's LinuxCNC: run what the service offers, each run once.")
 Settings = Annotated[Path, option("The cell's settings.", "--settings", metavar="CELL.toml")]
@@ -63,7 +63,7 @@ def _in_hand(run: "RunNow | None") -> str:
     return f"run {run.key}, {', '.join(sorted(run.facts)) or 'nothing done yet'}"
 
 
-def _row(machine: str, now: "Known") -> dict[str, Any]:
+def _row(machine: str, now: "JournalState") -> dict[str, Any]:
     run = None
     if now.run is not None:
         run = {"key": now.run.key, "sent_sha256": now.run.sent_sha256, "facts": sorted(now.run.facts)}

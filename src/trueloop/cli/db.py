@@ -153,12 +153,14 @@ class Meant:
 
 def import_(files: Files, meant: Meant, db: Db = None, as_json: AsJson = False) -> None:
     """Keep files in the store, each whole or not at all. What is there already is found and not kept twice."""
-    from trueloop.formats.inspections.measured_file import Stated
-    from trueloop.jobs.db.imported import Inspected, import_files
+    from trueloop.formats.inspections.measured_file import StatedFacts
+    from trueloop.jobs.db.imported import InspectionOptions, import_files
     from trueloop.jobs.store.opened import opened
 
     store = opened(db)
-    of = Inspected(meant.job, meant.serial, Stated(meant.unit, meant.mapping), heed_labels=not meant.ignore_labels)
+    of = InspectionOptions(
+        meant.job, meant.serial, StatedFacts(meant.unit, meant.mapping), heed_labels=not meant.ignore_labels
+    )
     done: list[Imported] = []
     with busy(f"importing {files[0]}") as progress:
         for one in import_files(store, files, of, progress):

@@ -12,7 +12,7 @@ from trueloop.cli.shared_options import Db, ModelOption, Page, argument, option,
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines
 
 if TYPE_CHECKING:
-    from trueloop.jobs.diagnose.diagnosed import Asked
+    from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
     from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
     from trueloop.report.series.values import FindingShape
     from trueloop.report.shape import Shape
@@ -49,17 +49,17 @@ class Of:
         ),
     ] = None
 
-    def asked(self, accept: list[str] | None) -> "Asked":
+    def asked(self, accept: list[str] | None) -> "DiagnosisOptions":
         """As jobs take it."""
-        from trueloop.jobs.diagnose.diagnosed import Asked
+        from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
 
-        return Asked(self.part_type, self.job, self.model, tuple(accept or ()))
+        return DiagnosisOptions(self.part_type, self.job, self.model, tuple(accept or ()))
 
 
-def elements_of(given: list[str] | None) -> dict[str, str]:
+def elements_of(texts: list[str] | None) -> dict[str, str]:
     """`["X=T2"]` as {"X": "T2"}."""
     found = {}
-    for text in given or ():
+    for text in texts or ():
         axis, equals, signal = (part.strip() for part in text.partition("="))
         if not (axis and equals and signal):
             raise typer.BadParameter(f"{text!r} is no AXIS=SIGNAL", param_hint="--element")
@@ -68,11 +68,11 @@ def elements_of(given: list[str] | None) -> dict[str, str]:
 
 
 def print_diagnosis(
-    found: "Shape", lines: Iterable[str], findings: "Iterable[FindingShape]", files: list[str], *, as_json: bool
+    shape: "Shape", lines: Iterable[str], findings: "Iterable[FindingShape]", files: list[str], *, as_json: bool
 ) -> None:
     """As JSON with the files' names, or as lines."""
     if as_json:
-        print_json({**found.model_dump(mode="json"), "files": files})
+        print_json({**shape.model_dump(mode="json"), "files": files})
         return
     print_lines([*lines])
     print_lines([f"{one.severity} {one.code}: {one.message}\n  hint: {one.hint}" for one in findings])
@@ -81,15 +81,15 @@ def print_diagnosis(
 
 
 def _written(
-    found: "Sequence[Share]", name: str, page_of: "Callable[[Share, Texts], str]", folder: Path | None, page: Page
+    shares: "Sequence[Share]", name: str, page_of: "Callable[[Share, Texts], str]", folder: Path | None, page: Page
 ) -> list[list[str]]:
     """The files of each diagnosis; of a part that several edges cut with the edge in their names."""
     from trueloop.jobs.diagnose.shaped import write_diagnosis
 
-    names = [name if len(found) == 1 else f"{name}-{_file_name(one.part_type)}" for one in found]
+    names = [name if len(shares) == 1 else f"{name}-{_file_name(one.part_type)}" for one in shares]
     return [
         write_diagnosis(one, called, page_of, folder, page.language, page.unit)
-        for one, called in zip(found, names, strict=True)
+        for one, called in zip(shares, names, strict=True)
     ]
 
 
@@ -98,17 +98,17 @@ def _file_name(part_type: str) -> str:
 
 
 def _print_shares(
-    found: "Sequence[Share]", lines: "Callable[[Share], Iterable[str]]", files: list[list[str]], *, as_json: bool
+    shares: "Sequence[Share]", lines: "Callable[[Share], Iterable[str]]", files: list[list[str]], *, as_json: bool
 ) -> None:
     """One diagnosis; or that of each edge of a part that several cut, in JSON as a list `shares`."""
-    if len(found) == 1:
-        print_diagnosis(found[0], lines(found[0]), found[0].findings, files[0], as_json=as_json)
+    if len(shares) == 1:
+        print_diagnosis(shares[0], lines(shares[0]), shares[0].findings, files[0], as_json=as_json)
         return
     if as_json:
-        pairs = zip(found, files, strict=True)
+        pairs = zip(shares, files, strict=True)
         print_json({"shares": [{**one.model_dump(mode="json"), "files": written} for one, written in pairs]})
         return
-    for one, written in zip(found, files, strict=True):
+    for one, written in zip(shares, files, strict=True):
         print_diagnosis(one, lines(one), one.findings, written, as_json=False)
 
 
@@ -244,12 +244,12 @@ def standard(
     as_json: AsJson = False,
 ) -> None:
     """Keep a calibrated part: its inspections then show the probe and the machine, never a cut."""
-    from trueloop.formats.inspections.measured_file import Stated
+    from trueloop.formats.inspections.measured_file import StatedFacts
     from trueloop.jobs.diagnose.records import keep_standard, standard_of
     from trueloop.jobs.store.opened import opened
 
     named = standard_of(part_type, serial)
-    kept = keep_standard(opened(db), file, named, Stated(unit, mapping), by, supersede=supersede)
+    kept = keep_standard(opened(db), file, named, StatedFacts(unit, mapping), by, supersede=supersede)
     print_findings(kept.findings)
     if as_json:
         print_json(kept_as_dict(kept))

@@ -10,7 +10,7 @@ from trueloop.cli.shared_options import UnitOption, argument, option
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
-    from trueloop.controllers.links.link import Listed
+    from trueloop.controllers.links.link import ListedProgram
     from trueloop.jobs.links import AtControl, Opened, Recorder
 
 NotRunning = Annotated[bool, option("It does not run: for links that cannot know it.", "--not-running")]
@@ -109,9 +109,9 @@ def list_(control: LinkOf, as_json: AsJson = False) -> None:
     print_table(("program", "bytes", "changed"), [_cells(one) for one in there])
 
 
-def _cells(one: "Listed") -> tuple[str, str, str]:
-    changed = "" if one.changed_at is None else f"{one.changed_at.astimezone():%Y-%m-%d %H:%M:%S}"
-    return one.name, "" if one.size_bytes is None else str(one.size_bytes), changed
+def _cells(program: "ListedProgram") -> tuple[str, str, str]:
+    changed = "" if program.changed_at is None else f"{program.changed_at.astimezone():%Y-%m-%d %H:%M:%S}"
+    return program.name, "" if program.size_bytes is None else str(program.size_bytes), changed
 
 
 def _row(name: str, size_bytes: int | None, changed_at: object) -> dict[str, object]:

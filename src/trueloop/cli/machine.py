@@ -72,27 +72,27 @@ Extrapolate = Annotated[
 
 
 def signals_of(
-    model: "MachineModel", given: "Sequence[str] | None", until_s: float = math.inf
+    model: "MachineModel", texts: "Sequence[str] | None", until_s: float = math.inf
 ) -> "dict[str, Array | float]":
     """Values by name, and logs as they stand at their last row until then, lags among them. Raises MCH-HISTORY."""
     from trueloop.jobs.machine import machine_model
 
-    values = parameters_of([text for text in given or () if "=" in text], "--temperatures")
-    return machine_model.signals_of(model, logs_of(given), values, until_s)
+    values = parameters_of([text for text in texts or () if "=" in text], "--temperatures")
+    return machine_model.signals_of(model, logs_of(texts), values, until_s)
 
 
-def logs_of(given: "Sequence[str] | None") -> list[Path]:
+def logs_of(texts: "Sequence[str] | None") -> list[Path]:
     """Returns the values that name files: those without an equals sign."""
-    return [Path(text) for text in given or () if "=" not in text]
+    return [Path(text) for text in texts or () if "=" not in text]
 
 
-def positions_of(model: "MachineModel", given: "Sequence[str] | None") -> dict[str, float]:
+def positions_of(model: "MachineModel", texts: "Sequence[str] | None") -> dict[str, float]:
     """`["Y=12", "A=30"]` as mm and rad. Raises MCH-AXIS for an axis that the machine does not have."""
     from trueloop.machine.model.chain import AxisKind
 
     chain = model.machine.chain
     rotary = {axis.name for axis in chain.axes if axis.kind is not AxisKind.LINEAR}
-    values = parameters_of(given, "--at")
+    values = parameters_of(texts, "--at")
     return {chain.axis(name).name: math.radians(v) if name in rotary else v for name, v in values.items()}
 
 
@@ -180,7 +180,7 @@ class InMachine:
         """Files that are read beside program and model."""
         return [*logs_of(self.temperatures), *([self.offsets_file] if self.offsets_file else [])]
 
-    def setup(self, known: "MachineModel") -> "Setup":
+    def setup(self, model: "MachineModel") -> "Setup":
         """As the loop takes it. Raises NC-FILE and what reading logs does."""
         from trueloop.machine.correct import Setup
 
@@ -190,10 +190,10 @@ class InMachine:
         return Setup(
             work_zero_mm={**dict(tables.work_mm), **numbered(self.work_zero or (), "--work-zero")},
             tool_mm=numbered(self.tool or ([] if self.offsets_file else ["*=0,0,0"]), "--tool"),
-            signals=signals_of(known, self.temperatures),
+            signals=signals_of(model, self.temperatures),
             fixed={axis: math.radians(angle) for axis, angle in parameters_of(self.at, "--at").items()},
             table=tables.tools if self.offsets_file else None,
-            zero_signals=None if self.zeroed_s is None else signals_of(known, self.temperatures, self.zeroed_s),
+            zero_signals=None if self.zeroed_s is None else signals_of(model, self.temperatures, self.zeroed_s),
             reference_mm=parameters_of(self.reference, "--reference"),
         )
 
@@ -327,11 +327,11 @@ def decompose(
         typer.echo(kept.words)
 
 
-def _tool(given: str, by_point: "Array | None", name: str) -> "Array | Vector":
+def _tool(text: str, by_point: "Array | None", name: str) -> "Array | Vector":
     """Of all points alike, or of each as the file states it."""
-    if by_point is not None and given:
+    if by_point is not None and text:
         raise typer.BadParameter(f"the file states it: column {name}_x_mm", param_hint=f"--{name}")
-    return vector_of(given or "0,0,0", f"--{name}") if by_point is None else by_point
+    return vector_of(text or "0,0,0", f"--{name}") if by_point is None else by_point
 
 
 def _kept(done: "Decomposed", part_type: str, serial: str, db: str | None, *, supersede: bool) -> "KeptFacts | None":

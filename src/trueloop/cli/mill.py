@@ -22,7 +22,7 @@ from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.jobs.milled import MilledJob
-    from trueloop.milled.entries import Expected, Proposal, Proposed
+    from trueloop.milled.entries import ExpectedSize, Proposal, ProposedEntry
     from trueloop.milled.feature import MilledFeature
 
 app = Group("Milled parts: radii, lengths and work offsets to enter, from what was measured.")
@@ -147,47 +147,47 @@ def _feature_row(one: "MilledFeature") -> tuple[str, ...]:
     return (one.name, *(f"{value:.3f}" for value in numbers), f"{one.tool}", where, one.work_offset, one.side)
 
 
-def _feature_as_dict(one: "MilledFeature") -> dict[str, object]:
+def _feature_as_dict(feature: "MilledFeature") -> dict[str, object]:
     """Returns a feature and what cuts it, JSON-ready."""
     return {
-        "name": one.name,
-        "kind": one.kind,
-        "at_mm": list(one.place_mm),
-        "size_mm": one.size_mm,
-        "depth_mm": one.depth_mm,
-        "tool": one.tool,
-        "work_offset": one.work_offset,
-        "side": one.side,
-        "radius": "control" if one.radius_at_control else "program",
+        "name": feature.name,
+        "kind": feature.kind,
+        "at_mm": list(feature.place_mm),
+        "size_mm": feature.size_mm,
+        "depth_mm": feature.depth_mm,
+        "tool": feature.tool,
+        "work_offset": feature.work_offset,
+        "side": feature.side,
+        "radius": "control" if feature.radius_at_control else "program",
     }
 
 
-def _entry_lines(job: "MilledJob", found: "Proposal") -> list[str]:
-    before, after = (UM_PER_MM * value for value in found.rms_mm)
-    lines = [_entry_line(job, one) for one in found.proposed] or ["nothing to enter: no number is known to be off"]
+def _entry_lines(job: "MilledJob", proposal: "Proposal") -> list[str]:
+    before, after = (UM_PER_MM * value for value in proposal.rms_mm)
+    lines = [_entry_line(job, one) for one in proposal.proposed] or ["nothing to enter: no number is known to be off"]
     return [*lines, f"expected deviation, RMS: {before:.1f} µm unchanged, {after:.1f} µm with these numbers"]
 
 
-def _entry_line(job: "MilledJob", one: "Proposed") -> str:
+def _entry_line(job: "MilledJob", entry: "ProposedEntry") -> str:
     """Returns what to type, in the unit of the job and of the control's register."""
     unit, scale, decimals = (" in", 1.0 / MM_PER_INCH, 4) if job.job.unit == "inch" else (" mm", 1.0, 3)
-    words = one.entry.words
-    if one.entry.register == "turn":
+    words = entry.entry.words
+    if entry.entry.register == "turn":
         unit, scale, decimals = "°", math.degrees(1.0), 3
-    elif one.entry.register == "radius" and one.entry.of in job.cut.diameters:
-        words, scale = f"tool {one.entry.of}, diameter", 2.0 * scale
-    called = {"radius": job.cut.radius_words, "length": job.cut.length_words}.get(one.entry.register, {})
-    words = f"{words} ({called[one.entry.of]})" if called.get(one.entry.of) else words
-    total = "" if one.change == one.total else f"; since the first part {one.total * scale:+.{decimals}f}{unit}"
-    u = 2.0 * one.standard_u * scale
-    return f"{words}: add {one.change * scale:+.{decimals}f}{unit} (± {u:.{decimals + 1}f}{unit}){total}"
+    elif entry.entry.register == "radius" and entry.entry.of in job.cut.diameters:
+        words, scale = f"tool {entry.entry.of}, diameter", 2.0 * scale
+    called = {"radius": job.cut.radius_words, "length": job.cut.length_words}.get(entry.entry.register, {})
+    words = f"{words} ({called[entry.entry.of]})" if called.get(entry.entry.of) else words
+    total = "" if entry.change == entry.total else f"; since the first part {entry.total * scale:+.{decimals}f}{unit}"
+    u = 2.0 * entry.standard_u * scale
+    return f"{words}: add {entry.change * scale:+.{decimals}f}{unit} (± {u:.{decimals + 1}f}{unit}){total}"
 
 
-def _row(one: "Expected") -> tuple[str, ...]:
-    measured = "" if one.measured_mm is None else f"{UM_PER_MM * one.measured_mm:+.1f}"
-    cells = [one.seen.name, measured]
-    for after in (one.unchanged, one.changed):
-        deviation = UM_PER_MM * (after.value - one.seen.nominal_mm)
+def _row(size: "ExpectedSize") -> tuple[str, ...]:
+    measured = "" if size.measured_mm is None else f"{UM_PER_MM * size.measured_mm:+.1f}"
+    cells = [size.seen.name, measured]
+    for after in (size.unchanged, size.changed):
+        deviation = UM_PER_MM * (after.value - size.seen.nominal_mm)
         cells.append(f"{deviation:+.1f} ± {2.0 * UM_PER_MM * after.standard_u:.1f}")
         cells.append("" if after.probability_in is None else f"{100.0 * after.probability_in:.1f} %")
     return tuple(cells)
@@ -200,10 +200,10 @@ def _cuts(job: "MilledJob") -> Iterator[tuple[str, ...]]:
         yield name, tool, where, offset, side, str(job.cut.lines.get(name, ""))
 
 
-def _notes(job: "MilledJob", found: "Proposal") -> list[str]:
+def _notes(job: "MilledJob", proposal: "Proposal") -> list[str]:
     notes = [
         f"{name}: far off what tools and work offsets explain; it has no part in these numbers, measure it again"
-        for name in found.unlike
+        for name in proposal.unlike
     ]
     notes += [f"{name}: not in the program; tool and work offset are as stated" for name in job.cut.stated]
     if job.unused:
@@ -212,7 +212,7 @@ def _notes(job: "MilledJob", found: "Proposal") -> list[str]:
     return notes
 
 
-def _as_dict(job: "MilledJob", found: "Proposal") -> dict[str, object]:
+def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
     return {
         "part_type": job.name,
         "parts": [one.serial for one in job.parts],
@@ -230,9 +230,9 @@ def _as_dict(job: "MilledJob", found: "Proposal") -> dict[str, object]:
                     }
                 ),
             }
-            for one in found.proposed
+            for one in proposal.proposed
         ],
-        "rms_um": [UM_PER_MM * value for value in found.rms_mm],
+        "rms_um": [UM_PER_MM * value for value in proposal.rms_mm],
         "expected": [
             {
                 "name": one.seen.name,
@@ -242,11 +242,11 @@ def _as_dict(job: "MilledJob", found: "Proposal") -> dict[str, object]:
                 "u_um": 2.0 * UM_PER_MM * one.changed.standard_u,
                 "probability_in": one.changed.probability_in,
             }
-            for one in found.expected
+            for one in proposal.expected
         ],
         "features": [
             {**_feature_as_dict(one), "line": job.cut.lines.get(one.name)} for one in job.cut.features.values()
         ],
-        "unlike": list(found.unlike),
+        "unlike": list(proposal.unlike),
         "unused": list(job.unused),
     }

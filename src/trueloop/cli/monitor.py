@@ -110,23 +110,23 @@ def _options(rules: str, baseline: str, anew: bool, what: What) -> "ChartOptions
     return ChartOptions(_rules(rules), _baseline(baseline, anew), anew, what.value)
 
 
-def _rules(given: str) -> tuple[int, ...]:
-    numbers = range(1, 9) if given == "all" else [int(one) if one.strip().isdigit() else 0 for one in given.split(",")]
+def _rules(text: str) -> tuple[int, ...]:
+    numbers = range(1, 9) if text == "all" else [int(one) if one.strip().isdigit() else 0 for one in text.split(",")]
     if not all(1 <= one <= 8 for one in numbers):
-        raise typer.BadParameter(f"{given!r}: name tests by numbers from 1 to 8, as 1,2,5", param_hint="--rules")
+        raise typer.BadParameter(f"{text!r}: name tests by numbers from 1 to 8, as 1,2,5", param_hint="--rules")
     return tuple(sorted(set(numbers)))
 
 
-def _baseline(given: str, anew: bool) -> int | tuple[str, str]:
-    if ".." in given:
-        first, last = given.split("..", 1)
+def _baseline(text: str, anew: bool) -> int | tuple[str, str]:
+    if ".." in text:
+        first, last = text.split("..", 1)
         if anew:
             message = "parts of one segment say no centre of the others: give a number of parts"
             raise typer.BadParameter(message, param_hint="--baseline")
         return first.strip(), last.strip()
-    if not given.isdigit() or int(given) < 1:
-        raise typer.BadParameter(f"{given!r}: a number of parts, or FIRST..LAST", param_hint="--baseline")
-    return int(given)
+    if not text.isdigit() or int(text) < 1:
+        raise typer.BadParameter(f"{text!r}: a number of parts, or FIRST..LAST", param_hint="--baseline")
+    return int(text)
 
 
 def gauge(

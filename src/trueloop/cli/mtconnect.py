@@ -13,7 +13,7 @@ from trueloop.cli.shared_options import argument, option
 from trueloop.cli.terminal import AsJson, Group, print_json, print_table
 
 if TYPE_CHECKING:
-    from trueloop.controllers.mtconnect.agent import Seen
+    from trueloop.controllers.mtconnect.agent import ItemObservation
     from trueloop.controllers.mtconnect.items import Machine
 
 app = Group("MTConnect: an adapter beside LinuxCNC, and a reader of agents.")
@@ -41,9 +41,9 @@ class Of:
         return Machine(self.device, self.axes, temperatures, corrections, self.part_count)
 
 
-def _pairs(given: Sequence[str]) -> dict[str, str]:
-    pairs = [one.partition("=") for one in given]
-    for (name, _, pin), text in zip(pairs, given, strict=True):
+def _pairs(texts: Sequence[str]) -> dict[str, str]:
+    pairs = [one.partition("=") for one in texts]
+    for (name, _, pin), text in zip(pairs, texts, strict=True):
         if not name or not pin:
             raise typer.BadParameter(f"{text!r} is not NAME=PIN")
     return {name: pin for name, _, pin in pairs}
@@ -121,35 +121,43 @@ def read(
 COLUMNS: Final = ("item", "name", "type", "units", "time", "sequence", "value")
 
 
-def _keep(url: str, found: "Sequence[Seen]", out: Path | None, log: Path | None) -> list[Path]:
+def _keep(url: str, observations: "Sequence[ItemObservation]", out: Path | None, log: Path | None) -> list[Path]:
     """Writes the files that options name; refuses to overwrite one."""
     from trueloop.controllers.mtconnect.agent import temperature_log
     from trueloop.formats.outputs import write_all
 
-    files = [(out, _csv(found))] if out else []
-    files += [(log, temperature_log(url, found))] if log else []
+    files = [(out, _csv(observations))] if out else []
+    files += [(log, temperature_log(url, observations))] if log else []
     written: list[Path] = []
     for path, text in files:
         written += write_all(path.parent, [(path.name, text.encode())], [path] if path.exists() else [])
     return written
 
 
-def _show(found: "Sequence[Seen]", *, as_json: bool) -> None:
+def _show(observations: "Sequence[ItemObservation]", *, as_json: bool) -> None:
     """Prints a machine's state on stdout."""
-    rows = [_row(one) for one in found]
+    rows = [_row(one) for one in observations]
     if as_json:
         print_json({"observations": [dict(zip(COLUMNS, row, strict=True)) for row in rows]})
     else:
         print_table(COLUMNS, [[str(cell) for cell in row] for row in rows])
 
 
-def _csv(found: "Sequence[Seen]") -> str:
+def _csv(observations: "Sequence[ItemObservation]") -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
-    writer.writerows(_row(one) for one in found)
+    writer.writerows(_row(one) for one in observations)
     return text.getvalue()
 
 
-def _row(one: "Seen") -> tuple[str | int, ...]:
-    return one.item.id, one.item.name, one.item.type, one.item.units, one.stamp, one.sequence, one.value
+def _row(observation: "ItemObservation") -> tuple[str | int, ...]:
+    return (
+        observation.item.id,
+        observation.item.name,
+        observation.item.type,
+        observation.item.units,
+        observation.stamp,
+        observation.sequence,
+        observation.value,
+    )

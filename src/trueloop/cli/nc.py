@@ -39,7 +39,7 @@ def check_program(file: ProgramFile, reading: Reading, tables: Tables, as_json: 
     """Print what is odd about a program, with its place. Exit status 1 when there is an error among it."""
     from trueloop.errors import Severity
     from trueloop.formats.input_file import read_source
-    from trueloop.nc.check.check import Checked, check, check_in_parts
+    from trueloop.nc.check.check import ProgramCheck, check, check_in_parts
     from trueloop.nc.program.program import read_program
 
     with busy(f"checking {file}"):
@@ -51,7 +51,7 @@ def check_program(file: ProgramFile, reading: Reading, tables: Tables, as_json: 
         if checked is None:
             program = read_program(source, dialect, str(file), reading.unit)
             findings = check(program, parameters, skipped_blocks=skipped, tools=tools)
-            checked = Checked(findings, program.block_count)
+            checked = ProgramCheck(findings, program.block_count)
     findings = checked.findings
     errors = sum(finding.severity is Severity.ERROR for finding in findings)
     obstacles = _obstacles_to_any_field(file, reading, dialect)
@@ -122,13 +122,13 @@ def tell_not_understood(program: "Program", path: "ToolPath") -> None:
     tell(not_understood(program, path), program.file)
 
 
-def tell(found: Sequence[Finding], file: str | None) -> None:
+def tell(findings: Sequence[Finding], file: str | None) -> None:
     """Prints findings that a caller has already."""
-    if not found:
+    if not findings:
         return
-    typer.echo(str(found[0]), err=True)
-    if len(found) > 1:
-        others = f"{file or 'program'}: {len(found) - 1} more of this kind"
+    typer.echo(str(findings[0]), err=True)
+    if len(findings) > 1:
+        others = f"{file or 'program'}: {len(findings) - 1} more of this kind"
         typer.echo(f"{others}: the machine may go elsewhere\n  hint: `trueloop nc check` lists them", err=True)
 
 
@@ -188,12 +188,12 @@ def difference_of_programs(
         raise typer.Exit(ExitStatus.FINDINGS)
 
 
-def _run(file: Path, reading: Reading, known: "OffsetTables", rapids: bool) -> "tuple[Program, ToolPath]":
+def _run(file: Path, reading: Reading, tables: "OffsetTables", rapids: bool) -> "tuple[Program, ToolPath]":
     from trueloop.errors import in_file
     from trueloop.nc.match.difference import compared_moves
 
     program = reading.program(file)
-    path = reading.run(program, known)
+    path = reading.run(program, tables)
     with in_file(file):
         compared_moves(path, rapids)
     return program, path
@@ -235,7 +235,7 @@ def features_of_job(
         setups = read_setups(files).found
         cuts = tuple(_cut(one.setup.program, one.cut_features, job, one.setup.frame) for one in setups.setups)
     doubtful = tuple(refusal.in_file(str(job)) for refusal in setups.doubtful)
-    found = _Found(files.job.part.name, cuts, setups.uncut, doubtful)
+    found = _FoundFeatures(files.job.part.name, cuts, setups.uncut, doubtful)
     refusals = [*found.doubtful, *(refusal for cut in found.cuts for refusal in cut.refused)]
     if as_json:
         print_json(found.as_dict())
@@ -288,7 +288,7 @@ class _Cut:
 
 
 @dataclass(frozen=True)
-class _Found:
+class _FoundFeatures:
     """The features that a job's programs cut. `uncut`, `doubtful`: features that no set-up cuts, and why others are of
     none.
     """
@@ -314,9 +314,9 @@ class _Found:
         return {"part": self.part, "setups": setups, "uncut": list(self.uncut), "doubtful": doubtful}
 
 
-def _cut(program: "Program", found: "list[CutFeature]", job: Path, setup: "SetupFrame") -> _Cut:
+def _cut(program: "Program", cut_features: "list[CutFeature]", job: Path, setup: "SetupFrame") -> _Cut:
     file = program.file or str(job)
-    return _Cut(file, tuple(_row(program, one, file) for one in found), setup if setup.name else None)
+    return _Cut(file, tuple(_row(program, one, file) for one in cut_features), setup if setup.name else None)
 
 
 @dataclass(frozen=True)
@@ -329,13 +329,13 @@ class _Row:
     blocks: tuple[CuttingBlock, ...]
 
 
-def _row(program: "Program", found: "CutFeature", file: str) -> _Row:
+def _row(program: "Program", cut_feature: "CutFeature", file: str) -> _Row:
     from trueloop.errors import TrueloopError
 
-    if isinstance(found.match, TrueloopError):
-        return _Row(found.feature, found.tool, found.match.in_file(file), ())
-    blocks = () if found.match is None else _blocks(program, found.match)
-    return _Row(found.feature, found.tool, found.match, blocks)
+    if isinstance(cut_feature.match, TrueloopError):
+        return _Row(cut_feature.feature, cut_feature.tool, cut_feature.match.in_file(file), ())
+    blocks = () if cut_feature.match is None else _blocks(program, cut_feature.match)
+    return _Row(cut_feature.feature, cut_feature.tool, cut_feature.match, blocks)
 
 
 def _blocks(program: "Program", match: "FeatureMatch") -> tuple[CuttingBlock, ...]:
@@ -543,21 +543,21 @@ def map_program_file(
     print_mapped(file, out, done)
 
 
-def _print_obstacles(file: Path, found: "Sequence[TrueloopError]", *, as_json: bool) -> None:
+def _print_obstacles(file: Path, errors: "Sequence[TrueloopError]", *, as_json: bool) -> None:
     """Prints obstacles in the order of their lines; consecutive ones of one kind once, with the last line.
 
     Exit status 1 where there is one.
     """
     if as_json:
-        print_json({"file": str(file), "obstacles": [as_dict(one) for one in found]})
+        print_json({"file": str(file), "obstacles": [as_dict(one) for one in errors]})
     else:
-        for _, group in groupby(found, key=lambda one: (one.code, re.sub(r"[\d.]+", "0", one.message), one.hint)):
+        for _, group in groupby(errors, key=lambda one: (one.code, re.sub(r"[\d.]+", "0", one.message), one.hint)):
             first, *rest = group
             typer.echo(str(first))
             if rest:
                 typer.echo(f"  and {len(rest)} more of this kind, to line {rest[-1].place.line}")
-        typer.echo(f"{file}: {_count(found)}, nothing is written")
-    if found:
+        typer.echo(f"{file}: {_count(errors)}, nothing is written")
+    if errors:
         raise typer.Exit(ExitStatus.FINDINGS)
 
 

@@ -59,11 +59,11 @@ def _parameters(group: Any) -> Iterator[inspect.Parameter]:
         yield inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
 
-def _value(group: Any, given: dict[str, object]) -> object:
+def _value(group: Any, table: dict[str, object]) -> object:
     """The dataclass of its fields' values, which are taken out of those given."""
     hints = get_type_hints(group)
     return group(
-        **{name: _value(hint, given) if is_dataclass(hint) else given.pop(name) for name, hint in hints.items()}
+        **{name: _value(hint, table) if is_dataclass(hint) else table.pop(name) for name, hint in hints.items()}
     )
 
 

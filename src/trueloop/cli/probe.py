@@ -89,13 +89,13 @@ def read(
     The touches of a part with a serial number are kept as what the semi-finish cut left.
     """
     from trueloop.formats.measurements.touches_csv import touches_to_csv
-    from trueloop.jobs.measure.keep_measured import Shown, keep_inspections
+    from trueloop.jobs.measure.keep_measured import StatedCut, keep_inspections
     from trueloop.jobs.measure.probing import inspection_of_log, read_listed, read_logged_touches, read_probing
 
     probing = read_probing(job, setup=setup) if points is None else read_listed(job, points, setup)
     matched = read_logged_touches(probing, log, control)
     print_findings(matched.findings)
-    inspection, shown = inspection_of_log(log, matched.touches), Shown("semifinish")
+    inspection, shown = inspection_of_log(log, matched.touches), StatedCut("semifinish")
     kept = keep_inspections([(log.name, inspection)], job, shown, store.keeping(serial))
     if kept is not None:
         typer.echo(kept.words, err=True)

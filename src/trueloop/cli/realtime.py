@@ -19,10 +19,10 @@ from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.controllers.linuxcnc.realtime.hal_lines import Change
-    from trueloop.controllers.linuxcnc.realtime.signals.checking import Checked
+    from trueloop.controllers.linuxcnc.realtime.signals.checking import CheckedSignal
     from trueloop.jobs.realtime.image import ImageOptions
     from trueloop.realtime.image import Image
-    from trueloop.realtime.judge import Judged
+    from trueloop.realtime.judge import RunJudgement
     from trueloop.realtime.largest import Extent
     from trueloop_lab.realtime.demo import Demo
 
@@ -79,7 +79,7 @@ def demo(
     typer.echo(f"written: {', '.join(str(file) for file in made.files)}")
 
 
-def judged_lines(found: "Judged") -> tuple[str, ...]:
+def judged_lines(found: "RunJudgement") -> tuple[str, ...]:
     """Prints a judge's result as text."""
     return (
         f"{int(found.judged.sum())} periods judged: {found.rms_nm:.4f} nm RMS left, {found.worst_nm:.4f} nm at most, "
@@ -90,10 +90,10 @@ def judged_lines(found: "Judged") -> tuple[str, ...]:
     )
 
 
-def _figures(found: "Judged") -> dict[str, float]:
+def _figures(judgement: "RunJudgement") -> dict[str, float]:
     names = ("rms_nm", "worst_nm", "uncorrected_um", "reversals", "longest_limited_s", "behind_nm", "step_um")
-    counts = {"judged": int(found.judged.sum()), "limited": int(found.limited.sum())}
-    return counts | {name: getattr(found, name) for name in (*names, "most_step_um")}
+    counts = {"judged": int(judgement.judged.sum()), "limited": int(judgement.limited.sum())}
+    return counts | {name: getattr(judgement, name) for name in (*names, "most_step_um")}
 
 
 def _demo_figures(made: "Demo") -> dict[str, object]:
@@ -271,7 +271,7 @@ def _image_print(image: "Image", extent: "Extent", file: Path, content: bytes, a
 
 def _options(machine: OfMachine, signals: OfSignals, table: OfTable, limit_mm: float, gate_mm: float) -> "ImageOptions":
     from trueloop.jobs.realtime.image import ImageOptions
-    from trueloop.realtime.bank import Stated
+    from trueloop.realtime.bank import SignalLimits
 
     return ImageOptions(
         model=machine.model,
@@ -280,7 +280,7 @@ def _options(machine: OfMachine, signals: OfSignals, table: OfTable, limit_mm: f
         travel_mm={axis.upper(): ends for axis, ends in _pairs(machine.travel, "--travel").items()},
         limit_mm=limit_mm,
         gate_mm=gate_mm,
-        stated=Stated(_pairs(signals.ranges, "--range"), parameters_of(signals.steps, "--step")),
+        stated=SignalLimits(_pairs(signals.ranges, "--range"), parameters_of(signals.steps, "--step")),
         standing=tuple(machine.standing or ()),
         origin_mm=_pair(table.origin, "--origin") if table.origin else None,
         tip=table.tip,
@@ -367,14 +367,14 @@ def signals(
     job.run(file, stop, lambda text: print(f"rtec-signals: {text}", file=sys.stderr, flush=True))
 
 
-def _print(found: "list[Checked]", *, as_json: bool) -> None:
+def _print(signals: "list[CheckedSignal]", *, as_json: bool) -> None:
     if as_json:
-        print_json({"signals": [asdict(one) for one in found]})
+        print_json({"signals": [asdict(one) for one in signals]})
         return
     from rich.table import Table
 
     table = Table("signal", "source", "value", "age, s", "range", "")
-    for one in found:
+    for one in signals:
         value, age = ("-" if number is None else f"{number:.3f}" for number in (one.value, one.age_s))
         table.add_row(one.name, one.source, value, age, f"{one.low:g} … {one.high:g}", one.fault or "good")
     wide_console().print(table)

@@ -14,7 +14,7 @@ from trueloop.units import UM_PER_MM
 if TYPE_CHECKING:
     from trueloop.domain.proposal import Proposal, ProposalDecision
     from trueloop.factory.book import Book
-    from trueloop.jobs.series import Added, Written
+    from trueloop.jobs.series import AddedFile, Written
     from trueloop.loops.post_process.series import SeriesOptions
     from trueloop.report.series.values import SeriesShape
     from trueloop.storage.store import Store
@@ -24,7 +24,7 @@ NONE = "none"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Said:
+class FileFacts:
     """Facts that the files do not state."""
 
     part_type: Annotated[
@@ -48,15 +48,15 @@ class Said:
     ] = None
 
 
-def add(files: Files, said: Said, db: Db = None, as_json: AsJson = False) -> None:
+def add(files: Files, facts: FileFacts, db: Db = None, as_json: AsJson = False) -> None:
     """Take inspections of finished parts into the store, each file whole or not at all."""
-    from trueloop.formats.inspections.measured_file import Stated
+    from trueloop.formats.inspections.measured_file import StatedFacts
     from trueloop.jobs.series import Adding, add_files
     from trueloop.jobs.store.opened import opened
 
-    cut_with = None if said.cut_with is None else tuple(one for one in said.cut_with if one != NONE)
+    cut_with = None if facts.cut_with is None else tuple(one for one in facts.cut_with if one != NONE)
     adding = Adding(
-        said.part_type or "", said.serial or "", Stated(said.unit, said.mapping), said.take_nominal, cut_with
+        facts.part_type or "", facts.serial or "", StatedFacts(facts.unit, facts.mapping), facts.take_nominal, cut_with
     )
     with busy(f"reading {', '.join(map(str, files))}"):
         added = add_files(opened(db), files, adding)
@@ -72,7 +72,7 @@ def add(files: Files, said: Said, db: Db = None, as_json: AsJson = False) -> Non
             print_lines([*lines, *one.findings])
 
 
-def _as_dict(one: "Added") -> dict[str, object]:
+def _as_dict(one: "AddedFile") -> dict[str, object]:
     findings = [{"code": f.code, "severity": f.severity, "message": f.message, "hint": f.hint} for f in one.findings]
     return {
         "file": str(one.path),

@@ -117,12 +117,12 @@ class SignOn:
         return read_text(self.oidc_secret_file, Code.SRV_PROVIDER, hint="write the secret into it, alone").strip()
 
 
-def _role(given: str) -> "tuple[str, Role]":
+def _role(text: str) -> "tuple[str, Role]":
     from trueloop.server.identity.who import ROLES
 
-    value, _, role = given.rpartition("=")
+    value, _, role = text.rpartition("=")
     if not value or role not in ROLES:
-        raise typer.BadParameter(f"{given!r} is no VALUE=ROLE with a role of {', '.join(ROLES)}")
+        raise typer.BadParameter(f"{text!r} is no VALUE=ROLE with a role of {', '.join(ROLES)}")
     return value, role
 
 

@@ -94,7 +94,7 @@ class Components:
 
 
 def error_components(
-    model: MachineModel, seen: Inspections, cutting: State, probing: State, *, compensated: bool
+    model: MachineModel, inspections: Inspections, cutting: State, probing: State, *, compensated: bool
 ) -> Components:
     """Takes the error at each gauging point apart.
 
@@ -104,20 +104,20 @@ def error_components(
     machine's contains that and the CMM's. A part coordinate system discrepancy must have been taken out of `cmm_mm`
     (`without_discrepancy`). Raises MCH-SHAPE when arrays do not belong together.
     """
-    _check(seen, cutting, probing)
-    comp_cutting, comp_probing = (_along(seen.normal, model.comp_mtg_mm(state)) for state in (cutting, probing))
+    _check(inspections, cutting, probing)
+    comp_cutting, comp_probing = (_along(inspections.normal, model.comp_mtg_mm(state)) for state in (cutting, probing))
     applied = comp_cutting if compensated else np.zeros_like(comp_cutting)
-    comp_proc = np.broadcast_to(np.asarray(seen.comp_proc_mm, dtype=np.float64), applied.shape)
-    reported = _along(seen.normal, seen.controller_mm - seen.nominal_mm)
+    comp_proc = np.broadcast_to(np.asarray(inspections.comp_proc_mm, dtype=np.float64), applied.shape)
+    reported = _along(inspections.normal, inspections.controller_mm - inspections.nominal_mm)
     error_proc_resid = reported - comp_probing + (comp_cutting - applied)
-    error_pp = _along(seen.normal, seen.cmm_mm - seen.nominal_mm)
+    error_pp = _along(inspections.normal, inspections.cmm_mm - inspections.nominal_mm)
     error_mtg_resid = error_pp - error_proc_resid
     # The variance of the model's error at cutting minus that at probing: 0 where both are the same
     rows = model.sensitivities(cutting) - model.sensitivities(probing)
-    along = np.einsum("ni,nij->nj", seen.normal, rows)
+    along = np.einsum("ni,nij->nj", inspections.normal, rows)
     variance: Array = np.einsum("nj,jk,nk->n", along, model.covariance, along)
-    u_proc = np.sqrt(seen.touch_u_mm**2 + np.maximum(variance, 0.0))
-    u_pp = np.full_like(u_proc, seen.cmm_u_mm)
+    u_proc = np.sqrt(inspections.touch_u_mm**2 + np.maximum(variance, 0.0))
+    u_pp = np.full_like(u_proc, inspections.cmm_u_mm)
     return Components(
         comp_mtg_cutting=comp_cutting,
         comp_mtg_probing=comp_probing,
@@ -139,10 +139,12 @@ def _along(normal: Array, vectors: Array) -> Array:
     return along
 
 
-def _check(seen: Inspections, cutting: State, probing: State) -> None:
-    counts = [len(a) for a in (seen.nominal_mm, seen.normal, seen.controller_mm, seen.cmm_mm)]
+def _check(inspections: Inspections, cutting: State, probing: State) -> None:
+    counts = [
+        len(a) for a in (inspections.nominal_mm, inspections.normal, inspections.controller_mm, inspections.cmm_mm)
+    ]
     counts += [len(cutting.positions), len(probing.positions)]
-    if len(set(counts)) != 1 or not np.allclose(np.linalg.norm(seen.normal, axis=1), 1.0, atol=1e-6):
+    if len(set(counts)) != 1 or not np.allclose(np.linalg.norm(inspections.normal, axis=1), 1.0, atol=1e-6):
         raise Code.MCH_SHAPE.refusal(
             f"gauging points, normals, touches, CMM points, cutting and probing positions number {counts}",
             hint="give each point once in each, in the same order, with normals of length 1",
@@ -202,6 +204,6 @@ def fit_frame_discrepancy(seen: Inspections, error_proc_resid_mm: Array) -> Fram
     return FrameDiscrepancy(solution[:3], solution[3:], u, rms(difference), rms(rest))
 
 
-def without_discrepancy(seen: Inspections, found: FrameDiscrepancy) -> Inspections:
+def without_discrepancy(inspections: Inspections, discrepancy: FrameDiscrepancy) -> Inspections:
     """The inspections with the CMM's points brought into the machine's part frame."""
-    return replace(seen, cmm_mm=found.undo(seen.cmm_mm))
+    return replace(inspections, cmm_mm=discrepancy.undo(inspections.cmm_mm))

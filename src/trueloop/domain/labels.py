@@ -257,8 +257,8 @@ def _of_stage(label: Label, stage: Stage | None) -> Iterator[tuple[str, str, str
         yield "stage", label.stage, stage
 
 
-def _same(one: str, other: str) -> bool:
-    return one.upper() == other.upper()
+def _same(label: str, other: str) -> bool:
+    return label.upper() == other.upper()
 
 
 def _finding(label: Label, name: str, here: str, there: str, place: Place) -> Finding:

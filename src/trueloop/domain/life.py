@@ -224,29 +224,29 @@ def lives(events: Iterable[EdgeEvent]) -> tuple[EdgeLife, ...]:
     return tuple(EdgeLife(tuple(one), _next(one, found[k + 1 :])) for k, one in enumerate(found))
 
 
-def in_pockets(known: Iterable[EdgeLife], when: datetime, machine: Machine | None = None) -> tuple[EdgeLife, ...]:
+def in_pockets(edges: Iterable[EdgeLife], when: datetime, machine: Machine | None = None) -> tuple[EdgeLife, ...]:
     """Returns the lives of the edges mounted at that time, as they were known then; without a machine, of all."""
-    then = [life.before(when) for life in known if life.until is None or when < life.until]
+    then = [life.before(when) for life in edges if life.until is None or when < life.until]
     return tuple(
         life for life in then if life is not None and life.ended is None and _same_machine(life.machine, machine)
     )
 
 
-def life_of(known: Sequence[EdgeLife], edge: Edge, when: datetime | None = None) -> EdgeLife | None:
+def life_of(edges: Sequence[EdgeLife], edge: Edge, when: datetime | None = None) -> EdgeLife | None:
     """Returns the life of an edge that a time falls into, or its latest; None where nothing is known of it."""
-    own = [life for life in known if life.edge.identity == edge.identity]
+    own = [life for life in edges if life.edge.identity == edge.identity]
     if when is not None:
         own = [life for life in own if life.holds(when)]
     return own[-1] if own else None
 
 
-def of_one_insert(known: Sequence[EdgeLife], life: EdgeLife) -> tuple[EdgeLife, ...]:
+def of_one_insert(edges: Sequence[EdgeLife], life: EdgeLife) -> tuple[EdgeLife, ...]:
     """Returns the lives of all corners of the insert that this edge is one of, this one included.
 
     Turning ends one life and begins another at the same time; a mounting that no turning ends is a new insert.
     """
     insert = life.edge.identity[:-1]
-    own = sorted((one for one in known if one.edge.identity[:-1] == insert), key=lambda one: one.began)
+    own = sorted((one for one in edges if one.edge.identity[:-1] == insert), key=lambda one: one.began)
     inserts: list[list[EdgeLife]] = []
     for one in own:
         turned = any(
@@ -271,15 +271,15 @@ def _in_time(event: EdgeEvent) -> tuple[datetime, bool]:
     return event.at, event.kind not in ENDS
 
 
-def _next(one: Sequence[EdgeEvent], later: Iterable[Sequence[EdgeEvent]]) -> datetime | None:
-    return next((other[0].at for other in later if other[0].edge.identity == one[0].edge.identity), None)
+def _next(events: Sequence[EdgeEvent], later: Iterable[Sequence[EdgeEvent]]) -> datetime | None:
+    return next((other[0].at for other in later if other[0].edge.identity == events[0].edge.identity), None)
 
 
-def _same_machine(one: Machine | None, other: Machine | None) -> bool:
+def _same_machine(machine: Machine | None, other: Machine | None) -> bool:
     """A serial number that is not stated agrees with any."""
-    if one is None or other is None:
+    if machine is None or other is None:
         return True
-    return one.name == other.name and (not one.serial or not other.serial or one.serial == other.serial)
+    return machine.name == other.name and (not machine.serial or not other.serial or machine.serial == other.serial)
 
 
 def tool_name(edge: Edge) -> str:

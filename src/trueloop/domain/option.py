@@ -87,9 +87,9 @@ def choices_of(options: Any) -> dict[str, Choice]:
     return found
 
 
-def inside(key: str, given: Any) -> Any:
+def inside(key: str, number: Any) -> Any:
     """Converts a value as given under a key to the one that the code computes with."""
-    return unit_of(key).inside(given) if isinstance(given, float) else given
+    return unit_of(key).inside(number) if isinstance(number, float) else number
 
 
 def outside(key: str, value: Any) -> Any:

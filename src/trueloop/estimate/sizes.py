@@ -300,6 +300,6 @@ def _outliers(catalogue: Catalogue, sizes: Sizes, parts: Sequence[Observed]) -> 
     return np.concatenate(more), far
 
 
-def _of_one_part(one: Observed, other: Observed) -> bool:
-    own, others = (set(each.places.columns.get(PART, np.zeros(0)).tolist()) for each in (one, other))
+def _of_one_part(observed: Observed, other: Observed) -> bool:
+    own, others = (set(each.places.columns.get(PART, np.zeros(0)).tolist()) for each in (observed, other))
     return bool(own & others)

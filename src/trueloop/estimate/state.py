@@ -219,16 +219,16 @@ class State:
             covariance[where, where] *= scale
         return replace(self, covariance=covariance)
 
-    def _after(self, gain: Array, off: Array, found: Weighted, scaled: Sequence[slice]) -> "State":
+    def _after(self, gain: Array, off: Array, weighted: Weighted, scaled: Sequence[slice]) -> "State":
         """Returns the state given values that follow the coefficients with the covariance `gain` (n, m), before
-        those in `scaled`, each independent of all others, have the variances of `found`.
+        those in `scaled`, each independent of all others, have the variances of `weighted`.
         """
         more = np.zeros(len(self.mean))
-        for where, scale in zip(scaled, found.scales, strict=True):
+        for where, scale in zip(scaled, weighted.scales, strict=True):
             gain[:, where] *= scale
             more[where] = (scale - 1.0) * np.diag(self.covariance)[where]
-        drawn = solve_triangular(found.factor, gain, lower=True, check_finite=False)
-        mean = self.mean + drawn.T @ solve_triangular(found.factor, off, lower=True, check_finite=False)
+        drawn = solve_triangular(weighted.factor, gain, lower=True, check_finite=False)
+        mean = self.mean + drawn.T @ solve_triangular(weighted.factor, off, lower=True, check_finite=False)
         covariance = drawn.T @ drawn
         np.subtract(self.covariance, covariance, out=covariance)
         covariance[np.diag_indices(len(more))] += more

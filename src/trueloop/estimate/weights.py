@@ -90,12 +90,12 @@ def more_noise(noise_mm2: Array, gross: Array, catalogue: Catalogue) -> Array:
     return np.asarray(noise_mm2 * (1.0 / (1.0 - gross + gross / catalogue.gross_factor**2) - 1.0))
 
 
-def _scale(one: Heavy, scale: float, solved: Array, inverse: Array) -> float:
+def _scale(heavy: Heavy, scale: float, solved: Array, inverse: Array) -> float:
     """The next scale, from what coefficients of the variance scale·σ² are given the values."""
-    variance = scale * one.variance
-    mean = variance * (one.design.T @ solved)
-    left = variance - variance**2 * np.einsum("ij,ij->j", one.design, inverse @ one.design)
-    return float((one.tail + np.sum((mean**2 + left) / one.variance)) / (one.tail + len(variance)))
+    variance = scale * heavy.variance
+    mean = variance * (heavy.design.T @ solved)
+    left = variance - variance**2 * np.einsum("ij,ij->j", heavy.design, inverse @ heavy.design)
+    return float((heavy.tail + np.sum((mean**2 + left) / heavy.variance)) / (heavy.tail + len(variance)))
 
 
 def _inverted(covariance: Array) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, Severity
 from trueloop.loops.post_process.flags import few_findings, usable
 from trueloop.loops.post_process.series import PartSeen, SeriesOptions, When, parts_in_order, series_of, sizes_of
-from trueloop.loops.post_process.tracked import Tracked, tracked
+from trueloop.loops.post_process.tracked import TrackedSeries, tracked
 from trueloop.storage.store import Kept, Store, find
 
 AGAIN: Final = "the later inspection counts; the earlier one stays in the store"
@@ -22,13 +22,13 @@ class Book:
 
     part_type: str
     parts: tuple[PartSeen, ...]
-    tracked: tuple[Tracked, ...]
+    tracked: tuple[TrackedSeries, ...]
     proposals: tuple[Proposal, ...]
     decisions: tuple[ProposalDecision, ...]
     findings: tuple[Finding, ...]
 
     @property
-    def by_identity(self) -> Mapping[Identity, Tracked]:
+    def by_identity(self) -> Mapping[Identity, TrackedSeries]:
         """Series by what they are known by."""
         return {one.series.identity: one for one in self.tracked}
 

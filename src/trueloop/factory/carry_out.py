@@ -17,7 +17,16 @@ from trueloop.factory.decisions import people, plan, records, runs
 from trueloop.factory.decisions.plan import PlanFacts
 from trueloop.factory.decisions.records import ProgramFacts, ProposalFacts
 from trueloop.factory.known import OrderNow
-from trueloop.factory.load import Known, last_word, machine_names, next_of, order_of, program_text, runs_of, silence_of
+from trueloop.factory.load import (
+    StoreReader,
+    last_word,
+    machine_names,
+    next_of,
+    order_of,
+    program_text,
+    runs_of,
+    silence_of,
+)
 from trueloop.factory.roles import By, Role, require_machine, require_role
 from trueloop.factory.write import note_done, write
 from trueloop.loops.post_process.series import SeriesOptions
@@ -54,7 +63,7 @@ def carry_out(store: Store, request: ask.Request, by: By, now: datetime, expecte
     load, decide = _HOW[type(request)]
     book = _book(store, request)
     with store.writing() as connection:
-        known = Known(connection, store.codec)
+        known = StoreReader(connection, store.codec)
         facts = load(known, request, book)
         before = _orders_in(facts)
         _require_version(before, expected)
@@ -72,7 +81,7 @@ def _book(store: Store, request: ask.Request) -> ProposalFacts | None:
     if not isinstance(request, ask.DecideProposal):
         return None
     with store.reading() as connection:
-        proposal: Proposal | None = Known(connection, store.codec).first(Proposal, request.proposal)
+        proposal: Proposal | None = StoreReader(connection, store.codec).first(Proposal, request.proposal)
     book = None if proposal is None else read_book(store, proposal.part_type.name, SeriesOptions())
     return ProposalFacts(proposal, book)
 
@@ -95,21 +104,21 @@ def _orders_in(facts: Any) -> Mapping[str, OrderNow]:
     return {}
 
 
-def _plan(known: Known, request: ask.PlanOrder, _: Any) -> PlanFacts:
-    part_type = known.first(PartType, request.part_type, request.revision)
-    machines = known.values(Machine, machine=request.machine)
+def _plan(reader: StoreReader, request: ask.PlanOrder, _: Any) -> PlanFacts:
+    part_type = reader.first(PartType, request.part_type, request.revision)
+    machines = reader.values(Machine, machine=request.machine)
     part = TABLES["part"]
     query = select(part.c.serial).join(PART_STATE, PART_STATE.c.part == part.c.id)
-    ordered = known.connection.scalars(
+    ordered = reader.connection.scalars(
         query.where(part.c.part_type == request.part_type, part.c.serial.in_(request.serials))
     )
     wanted = {one.program_sha256 for one in request.blocks}
-    released = known.connection.scalars(
+    released = reader.connection.scalars(
         select(PROGRAM_RELEASE.c.program_sha256).where(PROGRAM_RELEASE.c.program_sha256.in_(wanted))
     )
-    number = (known.connection.scalar(select(func.max(ORDER_STATE.c.number))) or 0) + 1
+    number = (reader.connection.scalar(select(func.max(ORDER_STATE.c.number))) or 0) + 1
     machine = machines[-1] if machines else None
-    names = machine_names(known)
+    names = machine_names(reader)
     return PlanFacts(
         part_type=part_type,
         machine=machine,
@@ -120,42 +129,42 @@ def _plan(known: Known, request: ask.PlanOrder, _: Any) -> PlanFacts:
     )
 
 
-def _program(known: Known, request: ask.ReleaseProgram | ask.RecordTransfer, _: Any) -> ProgramFacts:
+def _program(reader: StoreReader, request: ask.ReleaseProgram | ask.RecordTransfer, _: Any) -> ProgramFacts:
     sha = request.program_sha256
     query = select(PROGRAM_RELEASE.c.at).where(PROGRAM_RELEASE.c.program_sha256 == sha)
-    return ProgramFacts(program_text(known, sha) is not None, known.connection.scalar(query) is not None)
+    return ProgramFacts(program_text(reader, sha) is not None, reader.connection.scalar(query) is not None)
 
 
-def _proposal(known: Known, request: ask.DecideProposal, book: ProposalFacts) -> ProposalFacts:
+def _proposal(reader: StoreReader, request: ask.DecideProposal, book: ProposalFacts) -> ProposalFacts:
     """With the decisions as they are now: another may have decided since the book was read."""
     if book.book is None:
         return book
-    now = tuple(known.values(ProposalDecision, identity=request.proposal))
+    now = tuple(reader.values(ProposalDecision, identity=request.proposal))
     others = tuple(one for one in book.book.decisions if one.proposal != request.proposal)
     return replace(book, book=replace(book.book, decisions=(*others, *now)))
 
 
-def _alarm(known: Known, request: ask.Acknowledge, _: Any) -> bool | None:
+def _alarm(reader: StoreReader, request: ask.Acknowledge, _: Any) -> bool | None:
     query = select(ALARM.c.id, ALARM_ACKNOWLEDGED.c.alarm).outerjoin(
         ALARM_ACKNOWLEDGED, ALARM_ACKNOWLEDGED.c.alarm == ALARM.c.id
     )
-    row = known.connection.execute(query.where(ALARM.c.id == request.alarm)).one_or_none()
+    row = reader.connection.execute(query.where(ALARM.c.id == request.alarm)).one_or_none()
     return None if row is None else row.alarm is not None
 
 
-def _part(known: Known, request: ask.Certify, _: Any) -> frozenset[int]:
+def _part(reader: StoreReader, request: ask.Certify, _: Any) -> frozenset[int]:
     part = TABLES["part"]
-    return frozenset(known.connection.scalars(select(part.c.id).where(part.c.id == request.part)))
+    return frozenset(reader.connection.scalars(select(part.c.id).where(part.c.id == request.part)))
 
 
-def _temperatures(known: Known, request: ask.RecordTemperatures, _: Any) -> frozenset[str]:
+def _temperatures(reader: StoreReader, request: ask.RecordTemperatures, _: Any) -> frozenset[str]:
     of_then = (TEMPERATURE.c.machine == request.machine) & (TEMPERATURE.c.at == stamp(request.at))
     of_them = of_then & TEMPERATURE.c.signal.in_(tuple(request.signals))
-    return frozenset(known.connection.scalars(select(TEMPERATURE.c.signal).where(of_them)))
+    return frozenset(reader.connection.scalars(select(TEMPERATURE.c.signal).where(of_them)))
 
 
-def _order(known: Known, request: Any, _: Any) -> OrderNow:
-    return order_of(known, request.order)
+def _order(reader: StoreReader, request: Any, _: Any) -> OrderNow:
+    return order_of(reader, request.order)
 
 
 _How = tuple[Callable[..., Any], Callable[..., Any]]

@@ -15,7 +15,7 @@ from trueloop.domain.record import Correction, ProgramText
 from trueloop.domain.tool import Machine
 from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
 from trueloop.factory.decisions.plan import NextFacts, candidate
-from trueloop.factory.decisions.runs import RunKnown, RunsFacts, SilenceFacts
+from trueloop.factory.decisions.runs import KnownRun, RunsFacts, SilenceFacts
 from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
 from trueloop.storage.factory_tables import (
     ALARM,
@@ -35,7 +35,7 @@ from trueloop.storage.tables import TABLES
 
 
 @dataclass(frozen=True)
-class Known:
+class StoreReader:
     """A connection in a transaction, and the codec of the store."""
 
     connection: Connection
@@ -54,19 +54,19 @@ class Known:
         return list(self.connection.execute(query, wanted))
 
 
-def order_of(known: Known, order_id: str) -> OrderNow:
+def order_of(reader: StoreReader, order_id: str) -> OrderNow:
     """Returns the order. Raises FAC-UNKNOWN."""
-    state = known.connection.execute(select(ORDER_STATE).where(ORDER_STATE.c.order == order_id)).one_or_none()
-    order: WorkOrder | None = known.first(WorkOrder, order_id)
+    state = reader.connection.execute(select(ORDER_STATE).where(ORDER_STATE.c.order == order_id)).one_or_none()
+    order: WorkOrder | None = reader.first(WorkOrder, order_id)
     if order is None or state is None:
         raise unknown("order", order_id, "the store has none of that id")
     steps: dict[int, list[StepNow]] = {}
-    for one in known.rows(select(STEP).where(STEP.c.order == order_id).order_by(STEP.c.part, STEP.c.no)):
+    for one in reader.rows(select(STEP).where(STEP.c.order == order_id).order_by(STEP.c.part, STEP.c.no)):
         steps.setdefault(one.part, []).append(step_now(one))
     by_identity = {searchable(joined(one.identity)): one for one in order.parts}
     part = TABLES["part"]
     query = select(PART_STATE, part.c.identity).join(part, part.c.id == PART_STATE.c.part)
-    rows = known.rows(query.where(PART_STATE.c.order == order_id))
+    rows = reader.rows(query.where(PART_STATE.c.order == order_id))
     place = {identity: k for k, identity in enumerate(by_identity)}
     parts = tuple(
         PartNow(
@@ -103,60 +103,60 @@ def step_now(row: Any) -> StepNow:
     )
 
 
-def runs_of(known: Known, keys: Iterable[str]) -> RunsFacts:
+def runs_of(reader: StoreReader, keys: Iterable[str]) -> RunsFacts:
     """Returns the runs that there are, with their orders; of others nothing."""
-    runs: dict[str, RunKnown] = {}
+    runs: dict[str, KnownRun] = {}
     orders: dict[str, OrderNow] = {}
     for key in dict.fromkeys(keys):
-        run: Run | None = known.first(Run, key)
+        run: Run | None = reader.first(Run, key)
         if run is None:
             continue
-        order = orders.get(run.order) or order_of(known, run.order)
+        order = orders.get(run.order) or order_of(reader, run.order)
         orders[run.order] = order
         row = next(one.row for one in order.parts if one.value.identity == run.part.identity)
-        touches = known.connection.scalars(select(RUN_TOUCHES.c.sha256).where(RUN_TOUCHES.c.run == key))
-        runs[key] = RunKnown(run, row, tuple(known.values(RunFact, run=key)), frozenset(touches))
+        touches = reader.connection.scalars(select(RUN_TOUCHES.c.sha256).where(RUN_TOUCHES.c.run == key))
+        runs[key] = KnownRun(run, row, tuple(reader.values(RunFact, run=key)), frozenset(touches))
     return RunsFacts(runs, orders)
 
 
-def next_of(known: Known, machine: str) -> NextFacts:
+def next_of(reader: StoreReader, machine: str) -> NextFacts:
     """Returns what the machine could do next: orders under way first, then those planned, in the order of making."""
     chosen = None
-    begun = [order_of(known, one) for one in _orders(known, machine, ("running", "held"))]
+    begun = [order_of(reader, one) for one in _orders(reader, machine, ("running", "held"))]
     inside = any(part.on_machine for order in begun for part in order.parts)
     chosen = candidate(begun)
-    for planned in () if chosen or inside else _orders(known, machine, ("planned",)):
-        if chosen := candidate([order_of(known, planned)]):
+    for planned in () if chosen or inside else _orders(reader, machine, ("planned",)):
+        if chosen := candidate([order_of(reader, planned)]):
             break
     if chosen is None:
         return NextFacts(MachineFacts(machine), None)
     order, part = chosen
     step = part.next
     assert step is not None, "a candidate has a step"
-    text = program_text(known, step.program_sha256)
-    made = correction_of(known, order, part, step, text) if order.block(step.no).corrected else None
-    run: Run | None = known.first(Run, step.run) if step.run else None
-    facts = machine_facts(known, machine, order.order.part_type.name)
+    text = program_text(reader, step.program_sha256)
+    made = correction_of(reader, order, part, step, text) if order.block(step.no).corrected else None
+    run: Run | None = reader.first(Run, step.run) if step.run else None
+    facts = machine_facts(reader, machine, order.order.part_type.name)
     return NextFacts(facts, Candidate(order, part, step, text, made), run)
 
 
-def _orders(known: Known, machine: str, states: tuple[str, ...]) -> list[str]:
+def _orders(reader: StoreReader, machine: str, states: tuple[str, ...]) -> list[str]:
     query = select(ORDER_STATE.c.order).where(ORDER_STATE.c.machine == machine, ORDER_STATE.c.state.in_(states))
-    return list(known.connection.scalars(query.order_by(ORDER_STATE.c.number)))
+    return list(reader.connection.scalars(query.order_by(ORDER_STATE.c.number)))
 
 
-def program_text(known: Known, sha: str) -> bytes | None:
+def program_text(reader: StoreReader, sha: str) -> bytes | None:
     """Returns the text of a program; None: the store has none."""
-    text: ProgramText | None = known.first(ProgramText, sha) if sha else None
+    text: ProgramText | None = reader.first(ProgramText, sha) if sha else None
     return None if text is None else text.content
 
 
 def correction_of(
-    known: Known, order: OrderNow, part: PartNow, step: StepNow, text: bytes | None
+    reader: StoreReader, order: OrderNow, part: PartNow, step: StepNow, text: bytes | None
 ) -> CorrectionFacts | None:
     """Returns the correction that the part's step CORRECT led to, and whether the program to run carries its mark."""
     done = [one for one in part.steps[: step.no] if one.kind is BlockKind.CORRECT]
-    made = record_of(known, done[-1].run) if done and done[-1].run else None
+    made = record_of(reader, done[-1].run) if done and done[-1].run else None
     if made is None:
         return None
     record, source = made.record, made.source_sha256
@@ -170,23 +170,23 @@ def correction_of(
         tuple(one.part.identity for one in record.inspections),
         source,
         sha256(text).hexdigest() if text is not None and (marked or as_given) else "",
-        known.connection.scalar(query) or "",
+        reader.connection.scalar(query) or "",
     )
 
 
-def record_of(known: Known, correction: str) -> Correction[None] | None:
+def record_of(reader: StoreReader, correction: str) -> Correction[None] | None:
     """Returns a correction without its payload, which may be large; None: the store has none of that id."""
     table = TABLES["correction"]
     query = select(table.c.document).where(table.c.identity == searchable(joined((correction,)))).order_by(table.c.id)
-    documents = list(known.connection.scalars(query))
-    return known.codec.from_json(documents[-1], Correction) if documents else None
+    documents = list(reader.connection.scalars(query))
+    return reader.codec.from_json(documents[-1], Correction) if documents else None
 
 
-def machine_facts(known: Known, machine: str, part_type: str) -> MachineFacts:
+def machine_facts(reader: StoreReader, machine: str, part_type: str) -> MachineFacts:
     """Returns what was heard of a machine last."""
     at = select(CALIBRATION.c.at).where(CALIBRATION.c.machine == machine).order_by(CALIBRATION.c.at.desc()).limit(1)
     warm = select(TEMPERATURE.c.at).where(TEMPERATURE.c.machine == machine).order_by(TEMPERATURE.c.at.desc()).limit(1)
-    heard = known.connection.scalar(select(MACHINE_HEARD.c.document).where(MACHINE_HEARD.c.machine == machine))
+    heard = reader.connection.scalar(select(MACHINE_HEARD.c.document).where(MACHINE_HEARD.c.machine == machine))
     said: Mapping[str, Any] = {} if heard is None else json.loads(heard)
     open_ones = select(ALARM.c.id).outerjoin(ALARM_ACKNOWLEDGED, ALARM_ACKNOWLEDGED.c.alarm == ALARM.c.id)
     blocking = open_ones.where(
@@ -195,18 +195,18 @@ def machine_facts(known: Known, machine: str, part_type: str) -> MachineFacts:
     )
     return MachineFacts(
         machine,
-        _time(known.connection.scalar(at)),
-        _time(known.connection.scalar(warm)),
+        _time(reader.connection.scalar(at)),
+        _time(reader.connection.scalar(warm)),
         str(said.get("corrector") or "off"),
-        tuple(known.connection.scalars(blocking.order_by(ALARM.c.id))),
+        tuple(reader.connection.scalars(blocking.order_by(ALARM.c.id))),
     )
 
 
-def machine_names(known: Known) -> frozenset[str]:
+def machine_names(reader: StoreReader) -> frozenset[str]:
     """Returns the names of all machines that the store knows: kept, heard, or with a cell's key that has not ended."""
     keys = select(API_KEY.c.machine).where(API_KEY.c.scope == "cell", API_KEY.c.ended_at.is_(None))
-    named = (name for query in (select(MACHINE_HEARD.c.machine), keys) for name in known.connection.scalars(query))
-    return frozenset((*(one.name for one in known.values(Machine)), *named))
+    named = (name for query in (select(MACHINE_HEARD.c.machine), keys) for name in reader.connection.scalars(query))
+    return frozenset((*(one.name for one in reader.values(Machine)), *named))
 
 
 def last_word(connection: Connection, order: str, part: int, step: int) -> datetime | None:
@@ -218,11 +218,11 @@ def last_word(connection: Connection, order: str, part: int, step: int) -> datet
     return max((datetime.fromisoformat(at) for at in (changed, heard) if at), default=None)
 
 
-def silence_of(known: Known, order_id: str, part: int, step: int) -> SilenceFacts:
+def silence_of(reader: StoreReader, order_id: str, part: int, step: int) -> SilenceFacts:
     """Returns what is known of a step whose machine may be silent. Raises FAC-UNKNOWN."""
-    order = order_of(known, order_id)
-    run: Run | None = known.first(Run, order.step(part, step).run)
-    return SilenceFacts(order, run, last_word(known.connection, order_id, part, step))
+    order = order_of(reader, order_id)
+    run: Run | None = reader.first(Run, order.step(part, step).run)
+    return SilenceFacts(order, run, last_word(reader.connection, order_id, part, step))
 
 
 def _time(text: str | None) -> datetime | None:

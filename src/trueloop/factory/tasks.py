@@ -48,10 +48,10 @@ class Working:
     worker: str
     clock: Clock
 
-    def say(self, progress: float, said: str) -> bool:
+    def say(self, progress: float, text: str) -> bool:
         """Reports how far it is; returns whether the task is still this worker's."""
         now = self.clock()
-        return self._set({"progress": progress, "said": said, "lease_until": _until(now)}, now)
+        return self._set({"progress": progress, "said": text, "lease_until": _until(now)}, now)
 
     def end(self, state: str, **more: Any) -> bool:
         """Ends the task, if it is still this worker's."""

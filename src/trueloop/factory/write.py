@@ -9,7 +9,7 @@ from typing import Any, Final
 from sqlalchemy import Connection, Table, insert, update
 
 from trueloop.factory.known import Changes, OrderNow, PartNow, StepNow
-from trueloop.factory.load import Known
+from trueloop.factory.load import StoreReader
 from trueloop.storage.factory_tables import DONE, EVENT, IDEMPOTENCY, LOGS, ORDER_STATE, PART_STATE, STEP, TASK, stamp
 from trueloop.storage.keeping import Keeping
 
@@ -17,23 +17,23 @@ _LOGS: Final[Mapping[str, Table]] = {table.name: table for table in LOGS}
 
 
 def write(
-    known: Known, changes: Changes, before: Mapping[str, OrderNow], by: str, now: datetime
+    reader: StoreReader, changes: Changes, before: Mapping[str, OrderNow], by: str, now: datetime
 ) -> tuple[OrderNow, ...]:
     """Values, then orders with their parts and steps, then what happened. Returns the orders as they are now."""
-    keeping = Keeping(known.codec, known.connection, by)
+    keeping = Keeping(reader.codec, reader.connection, by)
     for value in changes.keep:
         keeping.keep(value)
     at = stamp(now)
-    done = tuple(_order(known, keeping, before.get(one.order.id), one, at) for one in changes.orders)
+    done = tuple(_order(reader, keeping, before.get(one.order.id), one, at) for one in changes.orders)
     for table, row in changes.rows:
-        known.connection.execute(insert(_LOGS[table]).values(**row))
+        reader.connection.execute(insert(_LOGS[table]).values(**row))
     for event in changes.events:
         said = json.dumps(dict(event.values))
         row = {"at": at, "who": by, "what": event.what, "subject": event.subject, "document": said}
-        known.connection.execute(insert(EVENT).values(**row))
+        reader.connection.execute(insert(EVENT).values(**row))
     for task in changes.tasks:
         row = {"kind": task.kind, "subject": task.subject, "document": json.dumps(dict(task.values)), "made_by": by}
-        known.connection.execute(insert(TASK).values(**row, **_NEW_TASK, made_at=at, changed_at=at))
+        reader.connection.execute(insert(TASK).values(**row, **_NEW_TASK, made_at=at, changed_at=at))
     return done
 
 
@@ -46,28 +46,28 @@ def note_done(connection: Connection, account: str, key: str) -> None:
 _NEW_TASK: Final[Mapping[str, Any]] = {"state": "waiting", "said": "", "worker": "", "tries": 0, "progress": 0.0}
 
 
-def _order(known: Known, keeping: Keeping, old: OrderNow | None, new: OrderNow, at: str) -> OrderNow:
+def _order(reader: StoreReader, keeping: Keeping, old: OrderNow | None, new: OrderNow, at: str) -> OrderNow:
     if old is None:
-        return _new_order(known, keeping, new, at)
+        return _new_order(reader, keeping, new, at)
     if old == new:
         return new
     new = replace(new, version=old.version + 1)
     state = {"state": new.state, "armed_parts": new.armed_parts, "version": new.version, "changed_at": at}
-    known.connection.execute(update(ORDER_STATE).where(ORDER_STATE.c.order == new.order.id).values(**state))
+    reader.connection.execute(update(ORDER_STATE).where(ORDER_STATE.c.order == new.order.id).values(**state))
     for was, part in zip(old.parts, new.parts, strict=True):
         if was != part:
-            _part(known, new.order.id, was, part, at)
+            _part(reader, new.order.id, was, part, at)
     return new
 
 
-def _part(known: Known, order: str, was: PartNow, part: PartNow, at: str) -> None:
+def _part(reader: StoreReader, order: str, was: PartNow, part: PartNow, at: str) -> None:
     said = {"state": part.state.value, "held_why": part.held_why, "version": was.version + 1, "changed_at": at}
-    known.connection.execute(update(PART_STATE).where(PART_STATE.c.part == part.row).values(**said))
+    reader.connection.execute(update(PART_STATE).where(PART_STATE.c.part == part.row).values(**said))
     own = (STEP.c.order == order, STEP.c.part == part.row)
     for before, step in zip(was.steps, part.steps, strict=True):
         if before != step:
             changed = _of_step(replace(step, version=before.version + 1), at)
-            known.connection.execute(update(STEP).where(*own, STEP.c.no == step.no).values(**changed))
+            reader.connection.execute(update(STEP).where(*own, STEP.c.no == step.no).values(**changed))
 
 
 def _of_step(step: StepNow, at: str) -> dict[str, Any]:
@@ -77,12 +77,12 @@ def _of_step(step: StepNow, at: str) -> dict[str, Any]:
     }
 
 
-def _new_order(known: Known, keeping: Keeping, new: OrderNow, at: str) -> OrderNow:
+def _new_order(reader: StoreReader, keeping: Keeping, new: OrderNow, at: str) -> OrderNow:
     name, machine = new.order.id, new.order.machine.name
     rows = [replace(one, row=keeping.keep(one.value).row) for one in new.parts]
     new = replace(new, parts=tuple(rows))
     state = {"state": new.state, "machine": machine, "changed_at": at, "armed_parts": new.armed_parts}
-    known.connection.execute(insert(ORDER_STATE).values(order=name, number=new.number, version=new.version, **state))
+    reader.connection.execute(insert(ORDER_STATE).values(order=name, number=new.number, version=new.version, **state))
     parts = [
         {
             **{"part": one.row, "state": one.state.value, "order": name, "machine": machine, "changed_at": at},
@@ -90,11 +90,11 @@ def _new_order(known: Known, keeping: Keeping, new: OrderNow, at: str) -> OrderN
         }
         for one in new.parts
     ]
-    known.connection.execute(insert(PART_STATE), parts)
+    reader.connection.execute(insert(PART_STATE), parts)
     steps = [
         {"order": name, "part": one.row, "no": step.no, "kind": step.kind.value, **_of_step(step, at)}
         for one in new.parts
         for step in one.steps
     ]
-    known.connection.execute(insert(STEP), steps)
+    reader.connection.execute(insert(STEP), steps)
     return new

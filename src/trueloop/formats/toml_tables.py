@@ -323,6 +323,8 @@ def _line_of(text: str, location: Location) -> int | None:
     return -number if most else None
 
 
-def _agreement(one: Location, other: Location) -> int:
+def _agreement(location: Location, other: Location) -> int:
     """How many parts they share from the start."""
-    return next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
+    return next(
+        (k for k, (a, b) in enumerate(zip(location, other, strict=False)) if a != b), min(len(location), len(other))
+    )

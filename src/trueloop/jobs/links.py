@@ -443,9 +443,9 @@ class Recorder:
         sha = sha256_of(content)
         self._keep(name, "from", sha, "", sha, "fetched")
 
-    def compared(self, name: str, content: bytes, at_control: bytes, found: Sequence[Difference]) -> None:
+    def compared(self, name: str, content: bytes, at_control: bytes, differences: Sequence[Difference]) -> None:
         """Records that a program of the control was compared with a file."""
-        outcome = f"differs: {'; '.join(map(_said, found))}" if found else "the same"
+        outcome = f"differs: {'; '.join(map(_said, differences))}" if differences else "the same"
         self._keep(name, "from", sha256_of(content), "", sha256_of(at_control), outcome)
 
     def sent(
@@ -479,6 +479,6 @@ class Recorder:
         carry_out(self.store, request, By(user_name(), Role.OPERATOR), datetime.now(UTC))
 
 
-def _said(one: Difference) -> str:
-    words = ", ".join(f"{word.what} {word.before!r} {word.after!r}" for word in one.words)
-    return f"line {one.line or one.other_line} {words or f'{one.before!r} {one.after!r}'}"
+def _said(difference: Difference) -> str:
+    words = ", ".join(f"{word.what} {word.before!r} {word.after!r}" for word in difference.words)
+    return f"line {difference.line or difference.other_line} {words or f'{difference.before!r} {difference.after!r}'}"

@@ -14,7 +14,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.jobs.milled_job import MeasuredTable, MilledJobFile, read_milled_job
 from trueloop.jobs.milled_features import CutFeatures, cut_features
 from trueloop.jobs.user import user_name
@@ -138,7 +138,7 @@ def entries_for_next_part(job: MilledJob) -> Proposal:
     return found
 
 
-def record_of(job: MilledJob, found: Proposal) -> bytes:
+def record_of(job: MilledJob, proposal: Proposal) -> bytes:
     """Returns the record of the numbers, as a later job names it under `measured.entered`."""
     entries = [
         {
@@ -149,7 +149,7 @@ def record_of(job: MilledJob, found: Proposal) -> bytes:
             "standard_u": one.standard_u,
             "unit": "rad" if one.entry.register == "turn" else "mm",
         }
-        for one in found.proposed
+        for one in proposal.proposed
     ]
     about = {
         "kind": KIND,
@@ -178,7 +178,7 @@ def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
     """Yields the parts of a file. Raises MSR-SERIAL where the serial number that is chosen is not in it."""
     file = path.parent / table.file
     mapping = None if table.mapping is None else path.parent / table.mapping
-    found = read_measured_file(file, Stated(table.unit, mapping)).inspections
+    found = read_measured_file(file, StatedFacts(table.unit, mapping)).inspections
     chosen = [one for one in found if table.serial in (None, one.part.serial)]
     if not chosen:
         serials = [one.part.serial for one in found]

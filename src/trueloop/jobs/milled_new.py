@@ -112,8 +112,8 @@ def _feature_lines(one: MilledFeature, scale: float) -> list[str]:
     return [*lines, f"# tool {one.tool}, {register}, {one.work_offset}{one.side and f', {one.side}'}", ""]
 
 
-def _tool_lines(found: Sequence[MilledFeature], radius: Mapping[int, float]) -> list[str]:
-    used = sorted({one.tool for one in found} & set(radius))
+def _tool_lines(features: Sequence[MilledFeature], radius: Mapping[int, float]) -> list[str]:
+    used = sorted({one.tool for one in features} & set(radius))
     return [
         line
         for tool in used

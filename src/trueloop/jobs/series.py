@@ -16,7 +16,7 @@ from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, Propo
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.factory.book import Book, read_book
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.tool_tables.known import new_table, read_tool_table
 from trueloop.formats.tables.tool_tables.tool_table import Unit, XIs
@@ -27,7 +27,13 @@ from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.user import user_name
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.flags import filled_in, known_findings, nominal_findings, unit_findings
-from trueloop.loops.post_process.propose import JobTool, Made, characteristic_on, proposals_of, tool_proposals
+from trueloop.loops.post_process.propose import (
+    JobTool,
+    ProposalContext,
+    characteristic_on,
+    proposals_of,
+    tool_proposals,
+)
 from trueloop.loops.post_process.series import SeriesOptions, sizes_of
 from trueloop.loops.post_process.tracked import replay
 from trueloop.loops.turned.commanded import commanded
@@ -55,13 +61,13 @@ class Adding:
 
     part_type: str = ""
     serial: str = ""
-    stated: Stated = field(default_factory=Stated)
+    stated: StatedFacts = field(default_factory=StatedFacts)
     take_nominal: bool = False
     cut_with: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)
-class Added:
+class AddedFile:
     """The result of one file. `parts` are serial numbers: those kept now, and those that were there before."""
 
     path: Path
@@ -73,7 +79,7 @@ class Added:
     findings: tuple[Finding, ...]
 
 
-def add_files(store: Store, paths: Sequence[Path], adding: Adding) -> list[Added]:
+def add_files(store: Store, paths: Sequence[Path], adding: Adding) -> list[AddedFile]:
     """Adds each file in one transaction, whole or not at all, in the order given.
 
     Raises MSR errors; SER-PART for parts without a name or a serial number, SER-NONE for a file without sizes, SER-UNIT
@@ -82,7 +88,7 @@ def add_files(store: Store, paths: Sequence[Path], adding: Adding) -> list[Added
     return [_added(store, path, adding) for path in paths]
 
 
-def _added(store: Store, path: Path, adding: Adding) -> Added:
+def _added(store: Store, path: Path, adding: Adding) -> AddedFile:
     file = read_measured_file(path, adding.stated)
     of_type = _of_type(path, file.inspections, adding.part_type)
     inspections = [_named(path, one, adding, len(of_type)) for one in of_type]
@@ -105,7 +111,7 @@ def _added(store: Store, path: Path, adding: Adding) -> Added:
     wanted = [one for one in inspections if one.identity in values or _content(one) not in same]
     cut_with = _cut_with(store, part_type, adding, [one for one in wanted if one.identity not in values])
     kept = [one for one in keep(store, [*wanted, *cut_with]) if isinstance(one.value, Inspection)]
-    return Added(
+    return AddedFile(
         path=path,
         part_type=part_type,
         new=tuple(one.value.part.serial for one in kept if one.new),
@@ -116,8 +122,8 @@ def _added(store: Store, path: Path, adding: Adding) -> Added:
     )
 
 
-def _is_new(one: Inspection, kept: Sequence[Kept[Inspection]]) -> bool:
-    return any(each.new and each.value.identity == one.identity for each in kept)
+def _is_new(inspection: Inspection, kept: Sequence[Kept[Inspection]]) -> bool:
+    return any(each.new and each.value.identity == inspection.identity for each in kept)
 
 
 def _content(inspection: Inspection) -> Identity:
@@ -145,9 +151,9 @@ def _of_type(path: Path, inspections: Sequence[Inspection], part_type: str) -> S
     return chosen
 
 
-def _named(path: Path, one: Inspection, adding: Adding, of: int) -> Inspection:
+def _named(path: Path, inspection: Inspection, adding: Adding, of: int) -> Inspection:
     """With part type and serial number as stated where the file does not say them; a stated part type counts."""
-    part = one.part
+    part = inspection.part
     name = adding.part_type or part.part_type.name
     serial = part.serial or (adding.serial if of == 1 else "")
     if not name or not serial:
@@ -158,7 +164,7 @@ def _named(path: Path, one: Inspection, adding: Adding, of: int) -> Inspection:
             place=Place(str(path)),
             values={"part": serial or name},
         )
-    return replace(one, part=Part(replace(part.part_type, name=name), serial))
+    return replace(inspection, part=Part(replace(part.part_type, name=name), serial))
 
 
 def _findings(
@@ -182,19 +188,19 @@ def _findings(
             known.update({asked.name: asked for asked, _ in sizes_of(one)})
 
 
-def _again(serials: dict[str, Inspection], one: Inspection) -> Iterator[Finding]:
+def _again(serials: dict[str, Inspection], inspection: Inspection) -> Iterator[Finding]:
     """SER-AGAIN, a part that is in the store by another inspection."""
-    before = serials.get(one.part.serial)
+    before = serials.get(inspection.part.serial)
     if before is None:
         return
-    same = _content(before) == _content(one)
+    same = _content(before) == _content(inspection)
     yield Finding(
         Severity.WARNING,
         Code.SER_AGAIN,
-        f"part {one.part.serial!r} is in the store by another file"
+        f"part {inspection.part.serial!r} is in the store by another file"
         + (", with the same values: not kept again" if same else ", with other values"),
         "the later inspection counts; look whether two parts have one serial number",
-        values={"part": one.part.serial},
+        values={"part": inspection.part.serial},
     )
 
 
@@ -268,7 +274,7 @@ def tools_of_job(path: Path, book: Book) -> tuple[JobTool, ...]:
 
 
 def _job_tool(
-    part: Profile, of: OfSetup, files: JobFiles, own: OwnContour | None, asked: Mapping[str, Characteristic]
+    part: Profile, of: OfSetup, files: JobFiles, own: OwnContour | None, characteristics: Mapping[str, Characteristic]
 ) -> JobTool:
     """Returns a tool of a set-up; `own` None: the job's only one, which cuts the whole `part`.
 
@@ -283,7 +289,7 @@ def _job_tool(
             profile=part,
             program=program,
             matched=matched,
-            asked=asked,
+            asked=characteristics,
             tool=files.tool.number,
             x_is_diameter=x_is_diameter,
             edge=files.tool.table_edge or 0,
@@ -301,7 +307,7 @@ def _job_tool(
     }
     mine = {
         name: replace(one, feature=names[one.feature], other=names.get(one.other, ""))
-        for name, one in zip(asked, characteristics_in(frame, list(asked.values())), strict=True)
+        for name, one in zip(characteristics, characteristics_in(frame, list(characteristics.values())), strict=True)
         if one.feature in names and (not one.other or one.other in names)
     }
     return JobTool(
@@ -326,7 +332,7 @@ def _asked(files: JobFiles, profile: Profile, book: Book) -> Mapping[str, Charac
 
 
 @dataclass(frozen=True)
-class Proposed:
+class SeriesProposals:
     """Proposals that hold now, as the store has them, with what was decided; `new` are ids of those made now.
 
     `not_accepted` says why a proposal of an automatic class waits all the same.
@@ -338,12 +344,12 @@ class Proposed:
     not_accepted: tuple[str, ...] = ()
 
 
-def propose(store: Store, book: Book, options: SeriesOptions, job: Path | None = None) -> Proposed:
+def propose(store: Store, book: Book, options: SeriesOptions, job: Path | None = None) -> SeriesProposals:
     """Keeps what the series propose for the next part; classes switched to automatic are accepted at once.
 
     With a job the offsets are those of its tools. Raises JOB, NC and SER-TOOL errors.
     """
-    made = Made(user_name(), datetime.now(UTC))
+    made = ProposalContext(user_name(), datetime.now(UTC))
     found = list(proposals_of(book.tracked, options, made))
     if job is not None:
         found = [one for one in found if one.changes is not ProposalClass.TOOL_OFFSET]
@@ -360,7 +366,7 @@ def propose(store: Store, book: Book, options: SeriesOptions, job: Path | None =
             except TrueloopError as refused:
                 waiting.append(str(refused))
     new = frozenset(one.value.id for one in kept if one.new)
-    return Proposed(read_book(store, book.part_type, options), proposals, new, tuple(waiting))
+    return SeriesProposals(read_book(store, book.part_type, options), proposals, new, tuple(waiting))
 
 
 def decision_on(

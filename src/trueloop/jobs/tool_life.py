@@ -19,7 +19,7 @@ from trueloop.factory.views.series import MemoryCurve, MemoryPoint, NextPart, To
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.store.tool_history import history_of_tool
 from trueloop.jobs.tools import cuts_after_end, cuts_of, edges_of, lives_in
-from trueloop.memory.edge.learnt import Learned, Learnt, learnt
+from trueloop.memory.edge.learnt import EdgeKnowledge, Learned, learnt
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.predict import expect
 from trueloop.memory.made_part import MadePart
@@ -64,9 +64,9 @@ def listed(store: Store, machine: Machine | None, *, every: bool) -> tuple[EdgeL
     return tuple(sorted(chosen, key=lambda life: (life.edge.tool.number or 0, life.began)))
 
 
-def latest(known: Sequence[EdgeLife]) -> EdgeLife:
+def latest(edges: Sequence[EdgeLife]) -> EdgeLife:
     """Returns the life with the latest event; of several at one time that which goes on."""
-    return max(known, key=lambda life: (life.events[-1].at, life.ended is None))
+    return max(edges, key=lambda life: (life.events[-1].at, life.ended is None))
 
 
 def minutes_in_cut(life: EdgeLife, cuts: Sequence[Cut]) -> float | None:
@@ -112,11 +112,11 @@ def tool_memory(store: Store, row: int, say: Texts = ENGLISH) -> ToolMemory:
 
 
 def _view(
-    tool: ToolRow, parts: Sequence[MadePart], found: Learnt | None, events: tuple[ToolEvent, ...], say: Texts
+    tool: ToolRow, parts: Sequence[MadePart], knowledge: EdgeKnowledge | None, events: tuple[ToolEvent, ...], say: Texts
 ) -> ToolMemory:
     """Returns the page of an edge: of `parts` it shows its own, and predicts from those of earlier edges as well."""
     history = [one for one in parts if one.order >= 0]
-    if found is None:
+    if knowledge is None:
         return ToolMemory(
             tool=tool,
             contact_angle_deg=(),
@@ -130,17 +130,17 @@ def _view(
             next_parts=(),
             events=events,
         )
-    types = list(found.in_all)
+    types = list(knowledge.in_all)
     return ToolMemory(
         tool=tool,
-        contact_angle_deg=tuple(np.degrees(found.contact_angle_rad).tolist()),
-        seen=tuple((found.nearest_rad <= OPTIONS.unseen_rad).tolist()),
-        curves=(_curve("", found.form), *(_curve(name, found.in_all[name]) for name in types)),
-        points=tuple(_points(found)),
-        parts=found.parts,
-        inspected=found.inspected,
-        setting_um=tuple((UM_PER_MM * found.setting_mm).tolist()),
-        setting_band_um=tuple((NORMAL_95 * UM_PER_MM * found.setting_u_mm).tolist()),
+        contact_angle_deg=tuple(np.degrees(knowledge.contact_angle_rad).tolist()),
+        seen=tuple((knowledge.nearest_rad <= OPTIONS.unseen_rad).tolist()),
+        curves=(_curve("", knowledge.form), *(_curve(name, knowledge.in_all[name]) for name in types)),
+        points=tuple(_points(knowledge)),
+        parts=knowledge.parts,
+        inspected=knowledge.inspected,
+        setting_um=tuple((UM_PER_MM * knowledge.setting_mm).tolist()),
+        setting_band_um=tuple((NORMAL_95 * UM_PER_MM * knowledge.setting_u_mm).tolist()),
         next_parts=tuple(_next(parts, name, say) for name in types),
         events=events,
     )
@@ -151,10 +151,10 @@ def _curve(name: str, term: Learned) -> MemoryCurve:
     return MemoryCurve(name, tuple(error.tolist()), tuple(band.tolist()))
 
 
-def _points(found: Learnt) -> Iterator[MemoryPoint]:
+def _points(knowledge: EdgeKnowledge) -> Iterator[MemoryPoint]:
     """How the parts scatter about the form (touches) and about the finish error of their type (inspections)."""
-    behind = found.behind
-    about = np.where(behind.finish, found.in_all_at_mm, found.form_at_mm) + behind.left_mm
+    behind = knowledge.behind
+    about = np.where(behind.finish, knowledge.in_all_at_mm, knowledge.form_at_mm) + behind.left_mm
     rows = zip(
         *(behind.part_type, behind.serial, behind.finish.tolist(), np.degrees(behind.contact_angle_rad).tolist()),
         (UM_PER_MM * about).tolist(),

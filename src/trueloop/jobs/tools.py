@@ -107,10 +107,10 @@ def ended(life: EdgeLife, at: datetime) -> TrueloopError:
 
 
 def _mounted(
-    known: Sequence[EdgeLife], stated: Edge | None, number: int | None, at: datetime, machine: Machine | None
+    edges: Sequence[EdgeLife], stated: Edge | None, number: int | None, at: datetime, machine: Machine | None
 ) -> EdgeLife | None:
     """By the number; without one by the holder that the job states."""
-    mounted = in_pockets(known, at, machine)
+    mounted = in_pockets(edges, at, machine)
     if number is not None:
         mounted = tuple(life for life in mounted if life.edge.tool.number == number)
     else:
@@ -135,12 +135,12 @@ def _names(edge: Edge) -> tuple[str, str, str]:
     return edge.tool.name, edge.insert, edge.corner
 
 
-def _other(mounted: EdgeLife, said: str, held: str) -> TrueloopError:
+def _other(mounted: EdgeLife, text: str, held: str) -> TrueloopError:
     return Code.EDG_OTHER.refusal(
-        f"the job states {said} for {tool_name(mounted.edge)}; by the store it is {held}",
+        f"the job states {text} for {tool_name(mounted.edge)}; by the store it is {held}",
         hint="correct [tool] of the job, or keep what happened to the tool: `trueloop tool mount`, `turn` or `set`",
         override="state the tool's number alone in [tool]",
-        values={"stated": said, "mounted": held},
+        values={"stated": text, "mounted": held},
     )
 
 
@@ -153,9 +153,9 @@ def number_of(tool: str) -> int | None:
     return int(found[1]) if found else None
 
 
-def mounted_as(known: Sequence[EdgeLife], tool: str, at: datetime, machine: Machine | None = None) -> EdgeLife:
+def mounted_as(edges: Sequence[EdgeLife], tool: str, at: datetime, machine: Machine | None = None) -> EdgeLife:
     """Returns the edge of a tool that is mounted at that time. Raises EDG-UNKNOWN with those that are, EDG-POCKET."""
-    mounted = in_pockets(known, at, machine)
+    mounted = in_pockets(edges, at, machine)
     found = [life for life in mounted if _called(life.edge, tool)]
     if not found:
         raise _unknown(tool, mounted, "is mounted")
@@ -165,7 +165,7 @@ def mounted_as(known: Sequence[EdgeLife], tool: str, at: datetime, machine: Mach
 
 
 def edges_of(
-    known: Sequence[EdgeLife],
+    edges: Sequence[EdgeLife],
     tool: str,
     corner: str | None = None,
     machine: Machine | None = None,
@@ -177,9 +177,9 @@ def edges_of(
     Raises EDG-UNKNOWN with those that there are, EDG-POCKET for a name by which several mounted tools go, as both
     corners of a groove insert.
     """
-    own = [life for life in known if _called(life.edge, tool) and (machine is None or life.of_machine(machine))]
+    own = [life for life in edges if _called(life.edge, tool) and (machine is None or life.of_machine(machine))]
     if not own:
-        raise _unknown(tool, known, "is in the store", [edge for edge in cutting() if _called(edge, tool)])
+        raise _unknown(tool, edges, "is in the store", [edge for edge in cutting() if _called(edge, tool)])
     found = tuple(life for life in own if corner is None or life.edge.corner == corner)
     if not found:
         corners = list(dict.fromkeys(life.edge.corner for life in own))
@@ -262,16 +262,16 @@ class Mounting:
     again: bool = False
 
 
-def mounting(known: Sequence[EdgeLife], wanted: Mounting, happened: Happened) -> tuple[EdgeEvent, ...]:
+def mounting(edges: Sequence[EdgeLife], wanted: Mounting, happened: Happened) -> tuple[EdgeEvent, ...]:
     """Mounts a new insert, or with `again` one that was removed: then its form is known, its setting is not.
 
     What the same holder had in that pocket is removed with it. Raises EDG-POCKET for a pocket that holds another
     holder, or an edge that is mounted elsewhere, EDG-VALUE without nose radius, EDG-UNKNOWN for `again` of what was
     never mounted.
     """
-    edge = _wanted_edge(known, wanted)
+    edge = _wanted_edge(edges, wanted)
     events = list[EdgeEvent]()
-    for life in in_pockets(known, happened.at, happened.machine):
+    for life in in_pockets(edges, happened.at, happened.machine):
         same_pocket = life.edge.tool.number == edge.tool.number and edge.tool.number is not None
         if not same_pocket and life.edge.identity != edge.identity:
             continue
@@ -280,27 +280,27 @@ def mounting(known: Sequence[EdgeLife], wanted: Mounting, happened: Happened) ->
         same_edge = life.edge.identity == edge.identity
         if not same_edge or (not wanted.again and life.began < happened.at):
             events.append(happened.to(life.edge, EdgeEventKind.REMOVED, valued=False))
-    _require_free(known, edge, happened)
+    _require_free(edges, edge, happened)
     return (*events, happened.to(edge, EdgeEventKind.SET if wanted.again else EdgeEventKind.MOUNTED))
 
 
 def turning(
-    known: Sequence[EdgeLife], tool: str, corner: str, happened: Happened, *, again: bool = False
+    edges: Sequence[EdgeLife], tool: str, corner: str, happened: Happened, *, again: bool = False
 ) -> tuple[EdgeEvent, ...]:
     """Indexes the insert: `corner` cuts from now on, of which nothing is known unless it cut before (`again`).
 
     Raises EDG-CORNER for the corner that cuts already, and without `again` for one of this insert that did before.
     """
-    life = mounted_as(known, tool, happened.at, happened.machine)
+    life = mounted_as(edges, tool, happened.at, happened.machine)
     edge = replace(life.edge, corner=corner)
-    used = [one for one in of_one_insert(known, life) if one.edge.corner == corner]
+    used = [one for one in of_one_insert(edges, life) if one.edge.corner == corner]
     if not corner or corner == life.edge.corner or (used and not again) or (again and not used):
         raise _corner(life, corner, used)
     begins = EdgeEventKind.SET if used else EdgeEventKind.MOUNTED
     return happened.to(life.edge, EdgeEventKind.TURNED, valued=False), happened.to(edge, begins)
 
 
-def of_mounted(known: Sequence[EdgeLife], tool: str, kind: EdgeEventKind, happened: Happened) -> tuple[EdgeEvent, ...]:
+def of_mounted(edges: Sequence[EdgeLife], tool: str, kind: EdgeEventKind, happened: Happened) -> tuple[EdgeEvent, ...]:
     """Returns the event of a mounted edge: set, wear measured, removed. Raises EDG-VALUE for wear without a value."""
     if kind is EdgeEventKind.WORN and not happened.values:
         raise Code.EDG_VALUE.refusal(
@@ -308,19 +308,19 @@ def of_mounted(known: Sequence[EdgeLife], tool: str, kind: EdgeEventKind, happen
             hint="give --flank-mm, --minutes-in-cut or both",
             values={"name": "flank_wear_mm"},
         )
-    return (happened.to(mounted_as(known, tool, happened.at, happened.machine).edge, kind),)
+    return (happened.to(mounted_as(edges, tool, happened.at, happened.machine).edge, kind),)
 
 
-def _wanted_edge(known: Sequence[EdgeLife], wanted: Mounting) -> Edge:
+def _wanted_edge(edges: Sequence[EdgeLife], wanted: Mounting) -> Edge:
     number = number_of(wanted.tool)
     name = wanted.holder or ("" if number is not None else wanted.tool)
     edge = Edge(Tool(number, name, wanted.nose_radius_mm), wanted.insert, wanted.corner)
-    before = life_of(known, edge)
+    before = life_of(edges, edge)
     if wanted.again and before is None:
         raise Code.EDG_UNKNOWN.refusal(
             f"{edge_name(edge)} was never mounted: nothing is known that could hold again",
             hint="leave out --again; `trueloop tool list --all` shows every edge that was mounted",
-            values={"tool": wanted.tool, "known": list(map(where, known))},
+            values={"tool": wanted.tool, "known": list(map(where, edges))},
         )
     if wanted.nose_radius_mm is None and wanted.again and before is not None:
         return replace(edge, tool=replace(edge.tool, corner_radius_mm=before.edge.tool.corner_radius_mm))
@@ -333,9 +333,9 @@ def _wanted_edge(known: Sequence[EdgeLife], wanted: Mounting) -> Edge:
     return edge
 
 
-def _require_free(known: Sequence[EdgeLife], edge: Edge, happened: Happened) -> None:
+def _require_free(edges: Sequence[EdgeLife], edge: Edge, happened: Happened) -> None:
     """An edge of these names must not cut elsewhere: what one learns would be taken for the other's."""
-    for life in in_pockets(known, happened.at):
+    for life in in_pockets(edges, happened.at):
         in_other_machine = happened.machine is not None and not life.of_machine(happened.machine)
         if life.edge.identity == edge.identity and in_other_machine:
             raise _held(life, edge)
@@ -432,11 +432,11 @@ def part_name(cut: Cut) -> str:
     return " ".join(text for text in cut.part.identity if text)
 
 
-def _require_latest(store: Store, known: Sequence[EdgeLife], new: Sequence[EdgeEvent]) -> None:
+def _require_latest(store: Store, edges: Sequence[EdgeLife], new: Sequence[EdgeEvent]) -> None:
     for event in new:
         later = [
             (one.at, f"{one.kind} of {edge_name(one.edge)}")
-            for life in known
+            for life in edges
             for one in life.events
             if _one_tool(one, event) and one.at > event.at
         ]

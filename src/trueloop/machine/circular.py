@@ -340,14 +340,15 @@ SPIKE_STEPS: Final = np.array([0.5, 1.0, 2.0, 4.0, 8.0])
 """Lengths tried for a spike, in steps between readings."""
 
 
-def _best_frequency(travel: Array, radial: Array, frequency: Array, known: Array, values: Array) -> float:
-    """Returns the frequency, per mm, whose sine and cosine explain most of what the basis `known` leaves: the 2 × 2
+def _best_frequency(travel: Array, radial: Array, frequency: Array, columns: Array, values: Array) -> float:
+    """Returns the frequency, per mm, whose sine and cosine explain most of what the basis `columns` leaves: the 2 × 2
     normal equations of all frequencies at once.
     """
     phase = 2 * np.pi * travel[:, None] * frequency
-    rest = values - known @ (known.T @ values)
+    rest = values - columns @ (columns.T @ values)
     sine, cosine = (
-        wave - known @ (known.T @ wave) for wave in (np.sin(phase) * radial[:, None], np.cos(phase) * radial[:, None])
+        wave - columns @ (columns.T @ wave)
+        for wave in (np.sin(phase) * radial[:, None], np.cos(phase) * radial[:, None])
     )
     ss, cc, sc = np.sum(sine**2, axis=0), np.sum(cosine**2, axis=0), np.sum(sine * cosine, axis=0)
     s, c = rest @ sine, rest @ cosine

@@ -111,23 +111,23 @@ class CutBy:
             self.radius_mm = {**implied, **stated}
 
     def _imply_radius(
-        self, feature: MilledFeature, one: Touch, stated: Mapping[int, float], implied: dict[int, float]
+        self, feature: MilledFeature, touch: Touch, stated: Mapping[int, float], implied: dict[int, float]
     ) -> None:
-        tool, least = one.called.tool, stated.get(one.called.tool)
-        if one.compensated and one.from_air and abs(one.gap_mm) <= MATCH_MM:
+        tool, least = touch.called.tool, stated.get(touch.called.tool)
+        if touch.compensated and touch.from_air and abs(touch.gap_mm) <= MATCH_MM:
             self.on_contour.add(tool)
-        if one.compensated or not MATCH_MM < one.gap_mm <= LARGEST_CUTTER_MM:
+        if touch.compensated or not MATCH_MM < touch.gap_mm <= LARGEST_CUTTER_MM:
             return
-        if least is not None and one.gap_mm < least - MATCH_MM:
+        if least is not None and touch.gap_mm < least - MATCH_MM:
             raise Code.MIL_STATED.refusal(
-                f"`cutter_radius` of tool {tool} is {least:g} mm, and line {one.line} leads its centre past "
-                f"the wall of {feature.name} at {one.gap_mm:.3f} mm",
+                f"`cutter_radius` of tool {tool} is {least:g} mm, and line {touch.line} leads its centre past "
+                f"the wall of {feature.name} at {touch.gap_mm:.3f} mm",
                 hint="state the radius, not the diameter; or correct place and size of the feature",
-                values={"stated": least, "program": one.gap_mm},
+                values={"stated": least, "program": touch.gap_mm},
             )
-        self.most_mm[tool] = min(one.gap_mm, self.most_mm.get(tool, one.gap_mm))
-        if one.gap_mm <= 0.5 * feature.size_mm + MATCH_MM:
-            implied[tool] = min(one.gap_mm, implied.get(tool, one.gap_mm))
+        self.most_mm[tool] = min(touch.gap_mm, self.most_mm.get(tool, touch.gap_mm))
+        if touch.gap_mm <= 0.5 * feature.size_mm + MATCH_MM:
+            implied[tool] = min(touch.gap_mm, implied.get(tool, touch.gap_mm))
 
     def _round(self, touches: Sequence[Touch]) -> set[int]:
         """Returns the tools that a pass along a wall, other than a plunge, leads so that they touch it."""
@@ -182,9 +182,9 @@ class CutBy:
         )
         return cut, max(one.line for one in found)
 
-    def _require_seen(self, feature: MilledFeature, stated: StatedCut, found: Sequence[Touch]) -> None:
+    def _require_seen(self, feature: MilledFeature, stated: StatedCut, touches: Sequence[Touch]) -> None:
         """Raises MIL-CUT where a macro or a cycle that the path does not show could have cut a feature last."""
-        after = min((one.move for one in found), default=-1)
+        after = min((one.move for one in touches), default=-1)
         for point in feature.surface()[0]:
             line = self.passes.hidden_after(after, point)
             if line is not None and stated.tool is None:
@@ -216,12 +216,12 @@ class CutBy:
             raise self._not_cut(feature, [off])
         return last
 
-    def _may_touch(self, one: Touch) -> bool:
+    def _may_touch(self, touch: Touch) -> bool:
         """Returns whether a pass could touch a wall, by a radius that is neither stated nor implied."""
-        tool = one.called.tool
-        known = tool in (self.on_contour if one.compensated else self.radius_mm)
+        tool = touch.called.tool
+        known = tool in (self.on_contour if touch.compensated else self.radius_mm)
         most = self.most_mm.get(tool, LARGEST_CUTTER_MM) + MATCH_MM
-        return not known and tool not in self.stated and MATCH_MM < one.gap_mm <= most
+        return not known and tool not in self.stated and MATCH_MM < touch.gap_mm <= most
 
     def _last_of(
         self, feature: MilledFeature, stated: StatedCut, touching: Sequence[Touch], unsure: Sequence[Touch]
@@ -253,15 +253,15 @@ class CutBy:
             )
         return max(touching, key=lambda one: one.move)
 
-    def _is(self, stated: str, one: Touch) -> bool:
-        name = offset_name(one.called.work_offset, self.dialect)
-        return stated == name or self._same_offset(stated, one.called)
+    def _is(self, stated: str, touch: Touch) -> bool:
+        name = offset_name(touch.called.work_offset, self.dialect)
+        return stated == name or self._same_offset(stated, touch.called)
 
-    def _touches(self, one: Touch) -> bool:
-        on_wall = one.compensated and abs(one.gap_mm) <= MATCH_MM
-        tool = one.called.tool
-        radius = self.radius_mm.get(tool) if tool in self.stated or not one.compensated else None
-        return on_wall or (radius is not None and abs(one.gap_mm - radius) <= MATCH_MM)
+    def _touches(self, touch: Touch) -> bool:
+        on_wall = touch.compensated and abs(touch.gap_mm) <= MATCH_MM
+        tool = touch.called.tool
+        radius = self.radius_mm.get(tool) if tool in self.stated or not touch.compensated else None
+        return on_wall or (radius is not None and abs(touch.gap_mm - radius) <= MATCH_MM)
 
     def _last_at_level(self, feature: MilledFeature, stated: StatedCut) -> Touch | None:
         """Returns the last pass over a face that looks up. Raises MIL-LEVELS where there are several heights."""
@@ -298,8 +298,8 @@ class CutBy:
             )
         return self._last_of(feature, stated, covers, unsure) if covers or unsure else None
 
-    def _words(self, one: Touch) -> str:
-        return f"tool {one.called.tool} ({offset_name(one.called.work_offset, self.dialect)}, line {one.line})"
+    def _words(self, touch: Touch) -> str:
+        return f"tool {touch.called.tool} ({offset_name(touch.called.work_offset, self.dialect)}, line {touch.line})"
 
     def _require_side(self, feature: MilledFeature, touches: Sequence[Touch]) -> None:
         """Raises MIL-SIDE where a pass runs where the wall is, with its tool where the material is stated to be."""

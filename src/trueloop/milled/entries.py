@@ -21,7 +21,15 @@ from trueloop.errors import Code
 from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.sizes import FAR, fitted_sizes
 from trueloop.estimate.state import Key, State, Updated
-from trueloop.milled.observed import LASTING, Seen, milled_catalogue, places_of, shift_basis, turn_basis, wall_share
+from trueloop.milled.observed import (
+    LASTING,
+    ObservedSize,
+    milled_catalogue,
+    places_of,
+    shift_basis,
+    turn_basis,
+    wall_share,
+)
 from trueloop.statistics import rms
 from trueloop.tolerances.conformance import judge
 from trueloop.units import UM_PER_MM
@@ -81,7 +89,7 @@ class Part:
     """One measured part in the order of cutting: what was seen with which deviations, and the entries in force."""
 
     serial: str
-    shown: tuple[Seen, ...]
+    shown: tuple[ObservedSize, ...]
     observed: Observed
     in_force: Entered
 
@@ -93,7 +101,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Proposed:
+class ProposedEntry:
     """A number to enter: its change from what is in force, the total with it, and its standard uncertainty; mm, rad."""
 
     entry: Entry
@@ -103,10 +111,10 @@ class Proposed:
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedSize:
     """A size or coordinate: its deviation on the last part, mm, and of the next one without and with the entries."""
 
-    seen: Seen
+    seen: ObservedSize
     measured_mm: float | None
     unchanged: Judgement
     changed: Judgement
@@ -118,8 +126,8 @@ class Proposal:
     recut or an error of their own, that they have no part in the entries.
     """
 
-    proposed: tuple[Proposed, ...]
-    expected: tuple[Expected, ...]
+    proposed: tuple[ProposedEntry, ...]
+    expected: tuple[ExpectedSize, ...]
     unlike: tuple[str, ...]
 
     @property
@@ -130,9 +138,9 @@ class Proposal:
         return rms(np.array(before)), rms(np.array(after))
 
 
-def target(seen: Seen) -> float:
+def target(size: ObservedSize) -> float:
     """Returns the size that is aimed at, mm."""
-    return seen.nominal_mm + seen.aim_mm
+    return size.nominal_mm + size.aim_mm
 
 
 def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], step_mm: float = 1e-3) -> Proposal:
@@ -163,7 +171,7 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     off = lasting.mean_mm + _effect(effects, last.in_force) - aim
     chosen = _chosen({one: effects[one] for one in possible}, weight, off, lasting.covariance_mm2)
     proposed = [
-        Proposed(one, change, last.in_force.get(one, 0.0) + change, u)
+        ProposedEntry(one, change, last.in_force.get(one, 0.0) + change, u)
         for one, (value, u) in chosen.items()
         if (change := _in_steps(one, value, step_mm)) != 0.0
     ]
@@ -175,7 +183,7 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     read = [(one.name, value) for one, value in zip(last.shown, last.observed.value_mm.tolist(), strict=True)]
     measured = {name: float(np.mean([value for other, value in read if other == name])) for name, _ in read}
     expected = tuple(
-        Expected(one, measured.get(one.name), *(_judged(one, value[k], u[k]) for value in (now, after)))
+        ExpectedSize(one, measured.get(one.name), *(_judged(one, value[k], u[k]) for value in (now, after)))
         for k, one in enumerate(shown.values())
     )
     return Proposal(tuple(proposed), expected, tuple(unlike))
@@ -207,7 +215,7 @@ def _require_consistent(part: Part, updated: Updated, possible: Sequence[Entry])
             )
 
 
-def _weights(shown: Sequence[Seen]) -> Array:
+def _weights(shown: Sequence[ObservedSize]) -> Array:
     """Returns 1 over half of each tolerance, 1/mm; of sizes without one the median of the others, or 1."""
     half = np.array(
         [
@@ -219,9 +227,9 @@ def _weights(shown: Sequence[Seen]) -> Array:
     return np.asarray(1.0 / np.where(half > 0.0, half, np.median(known) if len(known) else 1.0))
 
 
-def _together(parts: Sequence[Part]) -> dict[str, Seen]:
+def _together(parts: Sequence[Part]) -> dict[str, ObservedSize]:
     """Returns what was seen of all parts by name; limits that a later file leaves out are those of an earlier one."""
-    shown = dict[str, Seen]()
+    shown = dict[str, ObservedSize]()
     for one in (one for part in parts for one in part.shown):
         before = shown.get(one.name)
         without = before is not None and one.lower_mm is None and one.upper_mm is None
@@ -297,5 +305,5 @@ def _effect(effects: Mapping[Entry, Array], totals: Entered) -> Array:
     return np.asarray(sum((value * effects[one] for one, value in totals.items()), np.zeros(1)))
 
 
-def _judged(seen: Seen, deviation_mm: float, u_mm: float) -> Judgement:
-    return judge(seen.nominal_mm + deviation_mm, u_mm, None, seen.lower_mm, seen.upper_mm)
+def _judged(size: ObservedSize, deviation_mm: float, u_mm: float) -> Judgement:
+    return judge(size.nominal_mm + deviation_mm, u_mm, None, size.lower_mm, size.upper_mm)

@@ -34,7 +34,7 @@ DIFFERENT_MM: Final = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class ObservedSize:
     """A size or coordinate of the part: how it follows the errors of `features` at their surfaces.
 
     `weights` (n,) are those of the points of the features one after the other; `below_top_mm` is the depth of each,
@@ -72,7 +72,7 @@ class Frame:
     turn: tuple[str, str] | None = None
 
 
-def seen(features: Features, frame: Frame, reading: Reading) -> Seen | None:
+def seen(features: Features, frame: Frame, reading: Reading) -> ObservedSize | None:
     """Returns what a reading shows; None where no feature of the job has that size or coordinate.
 
     Raises MIL-NOMINAL where the file's nominal value is not the job's.
@@ -94,7 +94,7 @@ def seen(features: Features, frame: Frame, reading: Reading) -> Seen | None:
     return found
 
 
-def _size(feature: MilledFeature, reading: Reading) -> Seen | None:
+def _size(feature: MilledFeature, reading: Reading) -> ObservedSize | None:
     weights = feature.size_weights(reading.quantity)
     another = feature.kind in PAIRS and abs((reading.nominal or feature.size_mm) - feature.size_mm) > DIFFERENT_MM
     if weights is None or another:  # the length of a slot is not its width
@@ -102,12 +102,14 @@ def _size(feature: MilledFeature, reading: Reading) -> Seen | None:
     nominal = feature.size_mm * (0.5 if reading.quantity is Quantity.RADIUS else 1.0)
     name = f"{feature.name}, {'width' if reading.quantity is Quantity.LENGTH else reading.quantity}"
     depth = (_below_top(feature, reading),)
-    return Seen(name, (feature,), depth, weights, nominal, lower_mm=reading.lower_limit, upper_mm=reading.upper_limit)
+    return ObservedSize(
+        name, (feature,), depth, weights, nominal, lower_mm=reading.lower_limit, upper_mm=reading.upper_limit
+    )
 
 
 def _coordinate(
     features: Features, frame: Frame, pair: tuple[MilledFeature, MilledFeature | None], reading: Reading
-) -> Seen | None:
+) -> ObservedSize | None:
     """Returns a coordinate of a feature, or its distance from another one, positive along the way from that."""
     feature, other = pair
     if reading.quantity not in (Quantity.POSITION, Quantity.LENGTH):
@@ -142,7 +144,7 @@ def _coordinate(
     joined = np.concatenate([one for one in weights if one is not None])
     depth = (_below_top(feature, reading) if other is None else None, *(None,) * (len(moved) - 1))
     of = tuple(one for one, _ in moved)
-    return Seen(name, of, depth, joined, distance, lower_mm=reading.lower_limit, upper_mm=reading.upper_limit)
+    return ObservedSize(name, of, depth, joined, distance, lower_mm=reading.lower_limit, upper_mm=reading.upper_limit)
 
 
 def _turned(first: MilledFeature, second: MilledFeature, lever_mm: float) -> list[tuple[MilledFeature, Array]]:
@@ -172,7 +174,7 @@ def _below_top(feature: MilledFeature, reading: Reading) -> float | None:
     return below if 0.0 < below <= feature.depth_mm else None
 
 
-def places_of(shown: Sequence[Seen], part_type: str, part: int) -> tuple[Places, Array]:
+def places_of(shown: Sequence[ObservedSize], part_type: str, part: int) -> tuple[Places, Array]:
     """Returns the places of the surfaces that sizes and coordinates follow, N of them, on the part of that number in
     the order of cutting, and the matrix by which they follow their errors, (n, N).
     """
@@ -209,7 +211,9 @@ def _columns(feature: MilledFeature, below_top_mm: float | None, part_type: str,
     return {**{name: np.full(n, value, dtype=object) for name, value in labels.items()}, **numbers, **spatial, **facing}
 
 
-def observed_of(shown: Sequence[Seen], readings: Sequence[Reading], of: tuple[str, int], u_mm: float) -> Observed:
+def observed_of(
+    shown: Sequence[ObservedSize], readings: Sequence[Reading], of: tuple[str, int], u_mm: float
+) -> Observed:
     """Returns readings as observations of the part `of` (type, number): deviations from the job's nominal values, each
     with the standard uncertainty that the file states, else `u_mm`.
     """

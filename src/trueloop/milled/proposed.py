@@ -196,21 +196,21 @@ def _pairs(walls: Sequence[Wall], top: float) -> Iterator[MilledFeature]:
     yield from found.values()
 
 
-def _opposite(one: Wall, other: Wall) -> bool:
-    return other.run == one.run and other.low_mm == one.low_mm and float(one.air @ other.air) <= OPPOSITE
+def _opposite(wall: Wall, other: Wall) -> bool:
+    return other.run == wall.run and other.low_mm == wall.low_mm and float(wall.air @ other.air) <= OPPOSITE
 
 
-def _between(one: Wall, other: Wall) -> tuple[float, float, Point]:
+def _between(wall: Wall, other: Wall) -> tuple[float, float, Point]:
     """Returns how far another wall lies from one along its normal into the air, along which length they are beside
     each other, 0 where that is little, and the middle (x, y) between them.
     """
-    way = one.end - one.start
+    way = wall.end - wall.start
     length = float(np.linalg.norm(way))
     way = way / length
-    its = sorted((float((other.start - one.start) @ way), float((other.end - one.start) @ way)))
+    its = sorted((float((other.start - wall.start) @ way), float((other.end - wall.start) @ way)))
     low, high = max(0.0, its[0]), min(length, its[1])
-    gap = float((other.start - one.start) @ one.air)
-    x, y = (one.start + 0.5 * (low + high) * way + 0.5 * gap * one.air).tolist()
+    gap = float((other.start - wall.start) @ wall.air)
+    x, y = (wall.start + 0.5 * (low + high) * way + 0.5 * gap * wall.air).tolist()
     enough = high - low >= OVERLAP * min(length, its[1] - its[0])
     return gap if abs(gap) > SAME_MM else 0.0, high - low if enough else 0.0, (x, y)
 

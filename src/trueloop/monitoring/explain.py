@@ -40,7 +40,7 @@ class Likely:
 
 
 @dataclass(frozen=True)
-class Explained:
+class ExplainedAlarm:
     """The explanations of an alarm, likeliest first.
 
     `unknown` is the probability of a step that nobody knows of, `chance` that nothing acts: a false alarm. `since` is
@@ -53,23 +53,23 @@ class Explained:
     since: int
 
 
-def explained(z: Array, known: Sequence[Explanation]) -> Explained:
+def explained(z: Array, explanations: Sequence[Explanation]) -> ExplainedAlarm:
     """Returns the known explanations of values z (n,) in standard deviations about their centre, the last one alarming.
 
     A shape that is zero throughout explains nothing and has no probability.
     """
     steps = np.tri(len(z)).T  # row k: a step from value k on
     of_steps = np.array([_evidence(z, step) for step in steps])
-    of_known = np.array([_evidence(z, one.shape) if np.any(one.shape) else -np.inf for one in known])
+    of_known = np.array([_evidence(z, one.shape) if np.any(one.shape) else -np.inf for one in explanations])
     top = max([0.0, of_steps.max(), *of_known])
     chance, unknown, shares = float(np.exp(-top)), float(np.exp(of_steps - top).mean()), np.exp(of_known - top)
     total = chance + unknown + float(shares.sum())
     likely = [
         Likely(one.kind, one.words, float(share) / total, *_size(z, one.shape))
-        for one, share in zip(known, shares, strict=True)
+        for one, share in zip(explanations, shares, strict=True)
     ]
     ordered = sorted(likely, key=lambda one: one.probability, reverse=True)
-    return Explained(tuple(ordered), unknown / total, chance / total, int(of_steps.argmax()))
+    return ExplainedAlarm(tuple(ordered), unknown / total, chance / total, int(of_steps.argmax()))
 
 
 def _evidence(z: Array, shape: Array) -> float:

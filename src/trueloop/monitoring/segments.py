@@ -34,7 +34,7 @@ class Segment:
 
 @by_content
 @dataclass(frozen=True)
-class Charted:
+class SegmentedSeries:
     """A series (n,) with its segments. `in_baseline` marks the values from which centre and deviation come."""
 
     values: Array
@@ -67,7 +67,9 @@ class Charted:
         return z
 
 
-def charted(values: Array, in_baseline: Flags, begins: Sequence[int] = (), rules: Sequence[Rule] = ()) -> Charted:
+def charted(
+    values: Array, in_baseline: Flags, begins: Sequence[int] = (), rules: Sequence[Rule] = ()
+) -> SegmentedSeries:
     """Charts of values (n,): individuals with `rules`, moving range, EWMA and CUSUM, of every segment.
 
     `begins` are the indices with which a new segment begins. Raises MON-FEW where the baseline has fewer than eight
@@ -80,7 +82,7 @@ def charted(values: Array, in_baseline: Flags, begins: Sequence[int] = (), rules
         _segment(values, in_baseline, span, base, rules) if enough else Segment(*span, None)
         for span, enough in zip(pairwise(ends), own, strict=True)
     ]
-    return Charted(values, in_baseline, tuple(segments))
+    return SegmentedSeries(values, in_baseline, tuple(segments))
 
 
 def _common(values: Array, in_baseline: Flags, spans: Sequence[tuple[int, int]]) -> Baseline:

@@ -32,17 +32,17 @@ MOST_STEPS = {"°C": 2.0}
 
 
 @dataclass(frozen=True)
-class Stated:
+class SignalLimits:
     """The user's limits of signals, by name: the range in which the model holds, the largest step between readings."""
 
     ranges: Mapping[str, tuple[float, float]]
     steps: Mapping[str, float]
 
 
-NOTHING = Stated({}, {})
+NOTHING = SignalLimits({}, {})
 
 
-def signals_of(model: MachineModel, stated: Stated = NOTHING) -> tuple[Signal, ...]:
+def signals_of(model: MachineModel, stated: SignalLimits = NOTHING) -> tuple[Signal, ...]:
     """Returns the signals that the model needs, lags among them, in the order of the bank.
 
     A range that is not stated is that of the data. Raises RTC-SIGNAL for a range that neither gives, for an empty one,
@@ -68,7 +68,7 @@ def signals_of(model: MachineModel, stated: Stated = NOTHING) -> tuple[Signal, .
     return tuple(_signal(model, name, ranges[name], stated.steps.get(name)) for name in needs)
 
 
-def _check_stated(needs: tuple[str, ...], stated: Stated) -> None:
+def _check_stated(needs: tuple[str, ...], stated: SignalLimits) -> None:
     """Only signals that are needed, steps that are some."""
     other = sorted({*stated.ranges, *stated.steps} - set(needs))
     if other:
@@ -87,15 +87,15 @@ def _check_stated(needs: tuple[str, ...], stated: Stated) -> None:
         )
 
 
-def _inside(known: tuple[float, float] | None) -> bool:
-    return known is not None and -math.inf < known[0] < known[1] < math.inf
+def _inside(bounds: tuple[float, float] | None) -> bool:
+    return bounds is not None and -math.inf < bounds[0] < bounds[1] < math.inf
 
 
-def _signal(model: MachineModel, name: str, known: tuple[float, float], step: float | None) -> Signal:
+def _signal(model: MachineModel, name: str, bounds: tuple[float, float], step: float | None) -> Signal:
     parts = [part for term in model.terms for part in term.parts if part.signal == name]
     unit = model.units.get(name, "")
-    most = MOST_STEPS.get(unit, known[1] - known[0]) if step is None else step
-    return Signal(name, unit, parts[0].reference, *known, most)
+    most = MOST_STEPS.get(unit, bounds[1] - bounds[0]) if step is None else step
+    return Signal(name, unit, parts[0].reference, *bounds, most)
 
 
 def bank_of(model: MachineModel, tool_mm: Vector, signals: tuple[Signal, ...], standing: Collection[str] = ()) -> Bank:
@@ -221,12 +221,12 @@ def advanced(state: LagState | None, lag: Lag, rules: LagRules, time_s: float, r
     return replace(state, time_s=time_s, input=given, value=_stepped(state, lag, step_s, given))
 
 
-def _stepped(state: LagState, lag: Lag, step_s: float, given: float) -> float:
+def _stepped(state: LagState, lag: Lag, step_s: float, step: float) -> float:
     """Returns the solution of τ dy/dt + y = u after a step in which u runs straight."""
     tau = max(lag.constant_s, 1e-9)
     decay = math.exp(-step_s / tau)
-    slope = (given - state.input) / step_s
-    return decay * state.value + given - decay * state.input - tau * slope * (1 - decay)
+    slope = (step - state.input) / step_s
+    return decay * state.value + step - decay * state.input - tau * slope * (1 - decay)
 
 
 def from_history(lag: Lag, rules: LagRules, history: History) -> LagState | None:

@@ -63,7 +63,7 @@ class Due:
 
 @by_content
 @dataclass(frozen=True)
-class Judged:
+class RunJudgement:
     """The errors that a run left. `residual_mm` (n, 3): where the tool is by the model, less where it was meant to be.
 
     `judged` marks periods in force and not limited; `limited` those that the slew keeps behind, judged by `behind_nm`:
@@ -134,7 +134,7 @@ def judge(
     *,
     slew_mm_per_s: float = 5.0,
     gate_mm: float = 0.1,
-) -> Judged:
+) -> RunJudgement:
     """Judges the run against model and table; `slew_mm_per_s` is what the component was given for every axis."""
     asked = due(run, model, blocks, gate_mm, slew_mm_per_s)
     error = error_mm(model, run, run.drive_mm, asked.way) if model is not None else np.zeros_like(run.drive_mm)
@@ -146,7 +146,7 @@ def judge(
     correction = run.drive_mm - run.command_mm
     behind = np.abs(correction - asked.allowed_mm)[limited] * NM_PER_MM
     turns = (asked.way[1:] != asked.way[:-1]) & (asked.way[:-1] != 0.0) & run.in_force[1:, None]
-    return Judged(
+    return RunJudgement(
         residual_mm=residual,
         judged=judged,
         limited=limited,

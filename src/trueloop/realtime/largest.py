@@ -59,8 +59,8 @@ def extent_of(image: Image) -> Extent:
     return Extent(max(both, key=_size), model, table, jump, len(positions))
 
 
-def _size(found: Largest) -> float:
-    return abs(found.correction_mm)
+def _size(largest: Largest) -> float:
+    return abs(largest.correction_mm)
 
 
 def _of_table(image: Image) -> Largest | None:

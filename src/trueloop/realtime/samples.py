@@ -186,6 +186,6 @@ def _signal(signals: Sequence[str], place: int) -> str:
     return signals[place] if place < len(signals) else f"signal {place}"
 
 
-def _same(one: Event, other: Event) -> bool:
-    first, second = (IN_FORCE if event.phase == RAMPING else event.phase for event in (one, other))
-    return (first, one.reason, one.signal) == (second, other.reason, other.signal)
+def _same(left: Event, other: Event) -> bool:
+    first, second = (IN_FORCE if event.phase == RAMPING else event.phase for event in (left, other))
+    return (first, left.reason, left.signal) == (second, other.reason, other.signal)

@@ -76,25 +76,25 @@ def measured_as_dict(files: Iterable[FileOnPart]) -> dict[str, object]:
     return {"files": [_file_as_dict(one) for one in files]}
 
 
-def _file_as_dict(one: FileOnPart) -> dict[str, object]:
-    file = one.file
+def _file_as_dict(on_part: FileOnPart) -> dict[str, object]:
+    file = on_part.file
     return {
         "file": str(file.path),
         "format": file.format,
         "encoding": file.encoding,
         "unit": file.unit,
-        "part_of_job": one.part or None,
-        "inspections": [_inspection_as_dict(one, each) for each in one.on_part],
+        "part_of_job": on_part.part or None,
+        "inspections": [_inspection_as_dict(on_part, each) for each in on_part.on_part],
         "characteristics": [asdict(each) for each in file.characteristics],
         "remarks": [asdict(each) for each in file.remarks],
     }
 
 
-def _inspection_as_dict(file: FileOnPart, one: OnPart) -> dict[str, object]:
-    inspection, matches = one.inspection, one.matches
+def _inspection_as_dict(file: FileOnPart, on_part: OnPart) -> dict[str, object]:
+    inspection, matches = on_part.inspection, on_part.matches
     moment = inspection.measured_at
     return {
-        "run": one.run,
+        "run": on_part.run,
         "part": inspection.part.part_type.name,
         "serial": inspection.part.serial,
         "measured": inspection.measured,
@@ -109,10 +109,10 @@ def _inspection_as_dict(file: FileOnPart, one: OnPart) -> dict[str, object]:
         "not_matched": None if matches is None else len(matches.unmatched),
         "kept": None if matches is None else len(matches.kept),
         "spindle_axis": None if matches is None else matches.axis,
-        "values": [_finite(vars(row)) for row in rows_of(file, one)],
+        "values": [_finite(vars(row)) for row in rows_of(file, on_part)],
         "findings": [
             {"severity": f.severity, "code": f.code, "message": f.message, "hint": f.hint, "values": dict(f.values)}
-            for f in one.findings
+            for f in on_part.findings
         ],
     }
 
@@ -122,12 +122,12 @@ def _finite(row: dict[str, object]) -> dict[str, object]:
     return {key: None if isinstance(one, float) and not math.isfinite(one) else one for key, one in row.items()}
 
 
-def _matched(file: FileOnPart, one: MatchedReading | MatchedTouch) -> ValueRow:
-    name = file.features[one.feature_index]
-    if isinstance(one, MatchedReading) and one.other_index is not None:
-        name = f"{name} to {file.features[one.other_index]}"
-    value = one.reading if isinstance(one, MatchedReading) else one.touch
-    return replace(_row(value), feature=name, by=one.by, distance_mm=one.distance_mm)
+def _matched(file: FileOnPart, match: MatchedReading | MatchedTouch) -> ValueRow:
+    name = file.features[match.feature_index]
+    if isinstance(match, MatchedReading) and match.other_index is not None:
+        name = f"{name} to {file.features[match.other_index]}"
+    value = match.reading if isinstance(match, MatchedReading) else match.touch
+    return replace(_row(value), feature=name, by=match.by, distance_mm=match.distance_mm)
 
 
 def _row(value: Reading | Touch | CmmPoint) -> ValueRow:

@@ -17,16 +17,16 @@ WHOLE: Final = ("blanks", "line end")
 """Differences whose texts are whole lines, and would look the same without their quotes."""
 
 
-def difference_rows(found: Sequence[Difference]) -> list[tuple[str, ...]]:
+def difference_rows(differences: Sequence[Difference]) -> list[tuple[str, ...]]:
     """Returns a row for each word that differs, and for each line that only one of the two has."""
-    return [row for one in found for row in _rows(one)]
+    return [row for one in differences for row in _rows(one)]
 
 
-def _rows(one: Difference) -> Iterator[tuple[str, ...]]:
-    place = str(one.line or "–"), str(one.other_line or "–"), one.block
-    if not one.words:
-        yield *place, "whole line", *(_text(text, quoted=True) for text in (one.before, one.after))
-    for word in one.words:
+def _rows(difference: Difference) -> Iterator[tuple[str, ...]]:
+    place = str(difference.line or "–"), str(difference.other_line or "–"), difference.block
+    if not difference.words:
+        yield *place, "whole line", *(_text(text, quoted=True) for text in (difference.before, difference.after))
+    for word in difference.words:
         yield *place, word.what, *(_text(text, quoted=word.what in WHOLE) for text in (word.before, word.after))
 
 
@@ -36,19 +36,19 @@ def _text(text: str | None, *, quoted: bool) -> str:
     return repr(text) if quoted or not text.isprintable() else text
 
 
-def differences_as_dict(found: Sequence[Difference]) -> dict[str, object]:
+def differences_as_dict(differences: Sequence[Difference]) -> dict[str, object]:
     """Lines by their numbers, words by their columns, both texts of each; what is not there is None."""
-    return {"differences": [_as_dict(one) for one in found]}
+    return {"differences": [_as_dict(one) for one in differences]}
 
 
-def _as_dict(one: Difference) -> dict[str, object]:
+def _as_dict(difference: Difference) -> dict[str, object]:
     return {
-        "line": one.line,
-        "file": one.before,
-        "other_line": one.other_line,
-        "control": one.after,
-        "block": one.block,
-        "words": [_word_as_dict(word) for word in one.words],
+        "line": difference.line,
+        "file": difference.before,
+        "other_line": difference.other_line,
+        "control": difference.after,
+        "block": difference.block,
+        "words": [_word_as_dict(word) for word in difference.words],
     }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.domain.life import Cut, EdgeEvent, EdgeLife, edge_name, time, where
 from trueloop.errors import Finding
-from trueloop.memory.edge.learnt import Learned, Learnt
+from trueloop.memory.edge.learnt import EdgeKnowledge, Learned
 from trueloop.report.markup import esc, fields, figure_block, html_page, items, section, table
 from trueloop.report.style import (
     AFTER,
@@ -46,20 +46,20 @@ class ShownEdge:
 
     life: EdgeLife
     cuts: tuple[Cut, ...]
-    learnt: Learnt | None
+    learnt: EdgeKnowledge | None
     findings: tuple[Finding, ...]
     minutes_in_cut: float | None
     unseen_rad: float
 
 
-def angles_deg(found: Learnt) -> Array:
+def angles_deg(knowledge: EdgeKnowledge) -> Array:
     """Returns the angles of what was learnt, in degrees."""
-    return np.degrees(found.contact_angle_rad)
+    return np.degrees(knowledge.contact_angle_rad)
 
 
-def unseen(shown: ShownEdge, found: Learnt) -> Flags:
+def unseen(shown: ShownEdge, knowledge: EdgeKnowledge) -> Flags:
     """Returns the angles (n,) at which nothing was seen."""
-    return found.nearest_rad > shown.unseen_rad
+    return knowledge.nearest_rad > shown.unseen_rad
 
 
 COLOURS: Final = (INK, TAKEN, AFTER, LEFT_ON, "#b26a00", "#6a1b9a", "#5d4037", "#00838f")
@@ -67,35 +67,35 @@ WIDTH: Final = 760
 HEIGHT: Final = 380
 
 
-def error_figure(shown: ShownEdge, found: Learnt) -> Figure:
+def error_figure(shown: ShownEdge, knowledge: EdgeKnowledge) -> Figure:
     """Draws the finish error of a next part by its type, had nothing been corrected, with the inspections behind it."""
-    at_mm = found.in_all_at_mm + found.behind.left_mm
-    return _figure(shown, found, found.in_all, at_mm, found.behind.finish, "error of the finish cut")
+    at_mm = knowledge.in_all_at_mm + knowledge.behind.left_mm
+    return _figure(shown, knowledge, knowledge.in_all, at_mm, knowledge.behind.finish, "error of the finish cut")
 
 
-def form_figure(shown: ShownEdge, found: Learnt) -> Figure:
+def form_figure(shown: ShownEdge, knowledge: EdgeKnowledge) -> Figure:
     """Draws w(φ) with the semi-finish touches behind it."""
-    behind = found.behind
-    terms = {"": found.form}
-    return _figure(shown, found, terms, found.form_at_mm + behind.left_mm, ~behind.finish, "form of the edge")
+    behind = knowledge.behind
+    terms = {"": knowledge.form}
+    return _figure(shown, knowledge, terms, knowledge.form_at_mm + behind.left_mm, ~behind.finish, "form of the edge")
 
 
-def transfer_figure(shown: ShownEdge, found: Learnt) -> Figure:
+def transfer_figure(shown: ShownEdge, knowledge: EdgeKnowledge) -> Figure:
     """Draws d(φ) with the finish inspections behind it."""
-    behind = found.behind
-    at_mm = found.transfer_at_mm + behind.left_mm
-    return _figure(shown, found, {"": found.transfer}, at_mm, behind.finish, "finish cut less semi-finish cut")
+    behind = knowledge.behind
+    at_mm = knowledge.transfer_at_mm + behind.left_mm
+    return _figure(shown, knowledge, {"": knowledge.transfer}, at_mm, behind.finish, "finish cut less semi-finish cut")
 
 
-def types_figure(shown: ShownEdge, found: Learnt) -> Figure:
+def types_figure(shown: ShownEdge, knowledge: EdgeKnowledge) -> Figure:
     """Draws what each part type adds, a line with its name each."""
-    at = angles_deg(found).tolist()
-    ends = {name: UM_PER_MM * float(term.mean_mm[-1]) for name, term in found.by_type.items()}
-    low, high = padded([UM_PER_MM * value for term in found.by_type.values() for value in term.mean_mm.tolist()])
+    at = angles_deg(knowledge).tolist()
+    ends = {name: UM_PER_MM * float(term.mean_mm[-1]) for name, term in knowledge.by_type.items()}
+    low, high = padded([UM_PER_MM * value for term in knowledge.by_type.values() for value in term.mean_mm.tolist()])
     places = apart(ends, 0.06 * (high - low))
-    traces = [*_grey(shown, found, low, high)]
+    traces = [*_grey(shown, knowledge, low, high)]
     notes = []
-    for colour, (name, term) in zip(_colours(found), found.by_type.items(), strict=True):
+    for colour, (name, term) in zip(_colours(knowledge), knowledge.by_type.items(), strict=True):
         traces.append(lines(at, (UM_PER_MM * term.mean_mm).tolist(), colour))
         notes.append(note(at[-1], places[name], f" {label(name)}", xanchor="left", font={"color": colour}))
     axes = {
@@ -107,28 +107,28 @@ def types_figure(shown: ShownEdge, found: Learnt) -> Figure:
 
 
 def _figure(
-    shown: ShownEdge, found: Learnt, terms: Mapping[str, Learned], at_mm: Array, of: Flags, title: str
+    shown: ShownEdge, knowledge: EdgeKnowledge, terms: Mapping[str, Learned], at_mm: Array, of: Flags, title: str
 ) -> Figure:
-    at, behind = angles_deg(found).tolist(), found.behind
-    seen = ~unseen(shown, found)
+    at, behind = angles_deg(knowledge).tolist(), knowledge.behind
+    seen = ~unseen(shown, knowledge)
     ends = [
         UM_PER_MM * (term.mean_mm + sign * NORMAL_95 * term.u_mm)[seen] for term in terms.values() for sign in (1, -1)
     ]
     low, high = padded(np.concatenate([*ends, UM_PER_MM * at_mm[of]]).tolist())
-    colour = dict(zip(found.by_type, _colours(found), strict=True))
+    colour = dict(zip(knowledge.by_type, _colours(knowledge), strict=True))
     points = [
         dots(
             np.degrees(behind.contact_angle_rad[rows]).tolist(),
             (UM_PER_MM * at_mm[rows]).tolist(),
-            _hover(found, at_mm, np.flatnonzero(rows)),
+            _hover(knowledge, at_mm, np.flatnonzero(rows)),
             color=colour[name],
             size=4,
         )
-        for name in found.by_type
+        for name in knowledge.by_type
         if np.any(rows := of & np.array([one == name for one in behind.part_type]))
     ]
     traces = [
-        *_grey(shown, found, low, high),
+        *_grey(shown, knowledge, low, high),
         *(area([*at, *at[::-1]], _band(term), BAND) for term in terms.values()),
         *points,
         *(lines(at, (UM_PER_MM * term.mean_mm).tolist(), colour.get(name, INK), 2) for name, term in terms.items()),
@@ -142,8 +142,8 @@ def _band(term: Learned) -> list[float]:
     return [*(mean + half).tolist(), *(mean - half).tolist()[::-1]]
 
 
-def _hover(found: Learnt, at_mm: Array, rows: np.ndarray) -> list[str]:
-    behind = found.behind
+def _hover(knowledge: EdgeKnowledge, at_mm: Array, rows: np.ndarray) -> list[str]:
+    behind = knowledge.behind
     return [
         f"part {label(behind.serial[k])} ({label(behind.part_type[k])})<br>"
         f"{np.degrees(behind.contact_angle_rad[k]):.1f}°: {signed(UM_PER_MM * float(at_mm[k]))} µm"
@@ -151,9 +151,9 @@ def _hover(found: Learnt, at_mm: Array, rows: np.ndarray) -> list[str]:
     ]
 
 
-def _grey(shown: ShownEdge, found: Learnt, low: float, high: float) -> Iterator[Trace]:
+def _grey(shown: ShownEdge, knowledge: EdgeKnowledge, low: float, high: float) -> Iterator[Trace]:
     """Where no part was touched or inspected: up to half a step beyond the angles that are drawn."""
-    at, bare = angles_deg(found), unseen(shown, found)
+    at, bare = angles_deg(knowledge), unseen(shown, knowledge)
     step = float(at[1] - at[0]) if len(at) > 1 else 0.0
     changes = [0, *(np.flatnonzero(bare[1:] != bare[:-1]) + 1).tolist(), len(at)]
     for first, end in pairwise(changes):
@@ -162,8 +162,8 @@ def _grey(shown: ShownEdge, found: Learnt, low: float, high: float) -> Iterator[
             yield area([left, right, right, left], [low, low, high, high], GRID)
 
 
-def _colours(found: Learnt) -> list[str]:
-    return [COLOURS[k % len(COLOURS)] for k in range(len(found.by_type))]
+def _colours(knowledge: EdgeKnowledge) -> list[str]:
+    return [COLOURS[k % len(COLOURS)] for k in range(len(knowledge.by_type))]
 
 
 STEP_DEG: Final = 10
@@ -250,28 +250,32 @@ def cut_words(shown: ShownEdge) -> str:
     return f"{len(shown.cuts)} cuts kept" + ("" if minutes is None else f", {minutes:.0f} minutes in cut")
 
 
-def setting_words(found: Learnt) -> str:
+def setting_words(knowledge: EdgeKnowledge) -> str:
     """Describes where the tip lies off its setting, with its uncertainty (95 %)."""
-    (x, z), (ux, uz) = UM_PER_MM * found.setting_mm, UM_PER_MM * NORMAL_95 * found.setting_u_mm
+    (x, z), (ux, uz) = UM_PER_MM * knowledge.setting_mm, UM_PER_MM * NORMAL_95 * knowledge.setting_u_mm
     return f"setting: x {signed(float(x))} ± {ux:.1f} µm (of the radius), z {signed(float(z))} ± {uz:.1f} µm (95 %)"
 
 
-def rows_of(shown: ShownEdge, found: Learnt) -> Iterator[tuple[str, ...]]:
+def rows_of(shown: ShownEdge, knowledge: EdgeKnowledge) -> Iterator[tuple[str, ...]]:
     """Yields every so many degrees: angle, form, transfer, part type's addition and total; dashes where unseen."""
-    at, bare = angles_deg(found), unseen(shown, found)
+    at, bare = angles_deg(knowledge), unseen(shown, knowledge)
     for k in np.flatnonzero(np.round(at) % STEP_DEG == 0):
-        terms = (found.form, found.transfer, *(term[name] for name in found.by_type for term in _by_type(found)))
+        terms = (
+            knowledge.form,
+            knowledge.transfer,
+            *(term[name] for name in knowledge.by_type for term in _by_type(knowledge)),
+        )
         yield f"{at[k]:.0f}", *("–" if bare[k] else _value(term, int(k)) for term in terms)
 
 
-def heads_of(found: Learnt) -> tuple[str, ...]:
+def heads_of(knowledge: EdgeKnowledge) -> tuple[str, ...]:
     """Returns the headings of the columns."""
-    of_types = (f"{name} {what} (µm)" for name in found.by_type for what in ("adds", "in all"))
+    of_types = (f"{name} {what} (µm)" for name in knowledge.by_type for what in ("adds", "in all"))
     return "angle (°)", "form (µm)", "finish less semi-finish (µm)", *of_types
 
 
-def _by_type(found: Learnt) -> tuple[Mapping[str, Learned], Mapping[str, Learned]]:
-    return found.by_type, found.in_all
+def _by_type(knowledge: EdgeKnowledge) -> tuple[Mapping[str, Learned], Mapping[str, Learned]]:
+    return knowledge.by_type, knowledge.in_all
 
 
 def _value(term: Learned, k: int) -> str:
@@ -279,23 +283,23 @@ def _value(term: Learned, k: int) -> str:
     return f"{signed(UM_PER_MM * float(term.mean_mm[k]))} ± {half}"
 
 
-def _summary_learnt(shown: ShownEdge, found: Learnt) -> dict[str, object]:
-    bare = unseen(shown, found)
+def _summary_learnt(shown: ShownEdge, knowledge: EdgeKnowledge) -> dict[str, object]:
+    bare = unseen(shown, knowledge)
     return {
-        "parts": found.parts,
-        "inspected": found.inspected,
-        "setting_um": {"x_radius": _um(found.setting_mm)[0], "z": _um(found.setting_mm)[1]},
-        "setting_u_um": {"x_radius": _um(found.setting_u_mm)[0], "z": _um(found.setting_u_mm)[1]},
-        "contact_angle_deg": [round(float(angle), 3) for angle in angles_deg(found)],
+        "parts": knowledge.parts,
+        "inspected": knowledge.inspected,
+        "setting_um": {"x_radius": _um(knowledge.setting_mm)[0], "z": _um(knowledge.setting_mm)[1]},
+        "setting_u_um": {"x_radius": _um(knowledge.setting_u_mm)[0], "z": _um(knowledge.setting_u_mm)[1]},
+        "contact_angle_deg": [round(float(angle), 3) for angle in angles_deg(knowledge)],
         "seen": [not one for one in bare.tolist()],
-        "form_um": _um(found.form.mean_mm),
-        "form_u_um": _um(found.form.u_mm),
-        "transfer_um": _um(found.transfer.mean_mm),
-        "transfer_u_um": _um(found.transfer.u_mm),
-        "by_type_um": {name: _um(term.mean_mm) for name, term in found.by_type.items()},
-        "in_all_um": {name: _um(term.mean_mm) for name, term in found.in_all.items()},
-        "in_all_u_um": {name: _um(term.u_mm) for name, term in found.in_all.items()},
-        "by_type_u_um": {name: _um(term.u_mm) for name, term in found.by_type.items()},
+        "form_um": _um(knowledge.form.mean_mm),
+        "form_u_um": _um(knowledge.form.u_mm),
+        "transfer_um": _um(knowledge.transfer.mean_mm),
+        "transfer_u_um": _um(knowledge.transfer.u_mm),
+        "by_type_um": {name: _um(term.mean_mm) for name, term in knowledge.by_type.items()},
+        "in_all_um": {name: _um(term.mean_mm) for name, term in knowledge.in_all.items()},
+        "in_all_u_um": {name: _um(term.u_mm) for name, term in knowledge.in_all.items()},
+        "by_type_u_um": {name: _um(term.u_mm) for name, term in knowledge.by_type.items()},
     }
 
 

@@ -89,8 +89,8 @@ def _value(number: Number | None) -> float | None:
     return None if number is None else float(number.value)
 
 
-def _change(one: NewNumber) -> str:
-    counts = f" ({one.counts})" if one.axis == "X" else ""
-    if one.after == one.before:
-        return f"{one.axis}{counts} stays {one.before:f}"
-    return f"{one.axis}{counts} {one.before:f} → {one.after:f}"
+def _change(number: NewNumber) -> str:
+    counts = f" ({number.counts})" if number.axis == "X" else ""
+    if number.after == number.before:
+        return f"{number.axis}{counts} stays {number.before:f}"
+    return f"{number.axis}{counts} {number.before:f} → {number.after:f}"

@@ -77,9 +77,9 @@ class Studies:
         self._answers: OrderedDict[object, _Answer] = OrderedDict()
         self._lock = Lock()
 
-    def of(self, store: Store, asked: object, work_out: Callable[[], T]) -> T:
+    def of(self, store: Store, key: object, work_out: Callable[[], T]) -> T:
         """Returns the answer as of the newest facts. A refusal is not kept: the next request tries anew."""
-        answer = self._answer(asked, newest_facts(store))
+        answer = self._answer(key, newest_facts(store))
         with answer.lock:
             if not answer.done:
                 answer.done.append(work_out())

@@ -150,7 +150,7 @@ async def _done_once(here: Service, request: Request, inner: Handler) -> Respons
     return answer
 
 
-async def asked_of(request: Request) -> once.Asked:
+async def asked_of(request: Request) -> once.KeyedRequest:
     """Reads an action that is to be done once. Raises SRV-ONCE without a key."""
     key = request.headers.get("idempotency-key", "")
     if not 1 <= len(key) <= once.LONGEST_KEY or not key.isprintable():
@@ -161,4 +161,4 @@ async def asked_of(request: Request) -> once.Asked:
     who = who_of(request)
     asked = sha256(f"{request.method} {request.url.path}?{request.url.query}\n".encode())
     asked.update(await request.body())
-    return once.Asked(f"{'person' if who.person else 'key'}:{who.machine}:{who.name}", key, asked.hexdigest())
+    return once.KeyedRequest(f"{'person' if who.person else 'key'}:{who.machine}:{who.name}", key, asked.hexdigest())

@@ -28,7 +28,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Asked:
+class KeyedRequest:
     """Who asked for what, under which key; `request_sha256` of method, address and body."""
 
     who: str
@@ -36,45 +36,45 @@ class Asked:
     request_sha256: str
 
 
-def begin(store: Store, asked: Asked, now: datetime) -> Answer | None:
+def begin(store: Store, request: KeyedRequest, now: datetime) -> Answer | None:
     """Returns the answer given before; None: do it now, then `finish` or `give_up`. Raises SRV-REUSED."""
-    mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key)
+    mine = (IDEMPOTENCY.c.account == request.who) & (IDEMPOTENCY.c.key == request.key)
     with store.writing() as connection:
         connection.execute(delete(IDEMPOTENCY).where(IDEMPOTENCY.c.created_at < stamp(now - KEPT)))
         found = connection.execute(select(IDEMPOTENCY).where(mine)).one_or_none()
         if found is None:
-            row = {"account": asked.who, "key": asked.key, "request_sha256": asked.request_sha256}
+            row = {"account": request.who, "key": request.key, "request_sha256": request.request_sha256}
             connection.execute(insert(IDEMPOTENCY).values(**row, status=BEGUN, body=b"", created_at=stamp(now)))
             return None
-    if found.request_sha256 != asked.request_sha256:
-        raise _reused(asked.key, "was used for another request", "take a new key for a new request")
+    if found.request_sha256 != request.request_sha256:
+        raise _reused(request.key, "was used for another request", "take a new key for a new request")
     if found.status == BEGUN:
         raise _reused(
-            asked.key,
+            request.key,
             f"was begun at {found.created_at} and has no answer yet",
             "wait, then look whether it was done; take a new key only if it was not",
         )
     if found.status == DONE:
         raise _reused(
-            asked.key,
+            request.key,
             f"of {found.created_at} was done, and its answer was lost",
             "look at what it has changed; under a new key it would be done again",
         )
     if not found.body:
-        raise _reused(asked.key, "was answered, and that answer is given once only", "take a new key")
+        raise _reused(request.key, "was answered, and that answer is given once only", "take a new key")
     return Answer(found.status, bytes(found.body))
 
 
-def finish(store: Store, asked: Asked, answer: Answer) -> None:
+def finish(store: Store, request: KeyedRequest, answer: Answer) -> None:
     """Keeps the answer; without a body it is known only that it was given."""
-    mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key)
+    mine = (IDEMPOTENCY.c.account == request.who) & (IDEMPOTENCY.c.key == request.key)
     with store.writing() as connection:
         connection.execute(update(IDEMPOTENCY).where(mine).values(status=answer.status, body=answer.body))
 
 
-def give_up(store: Store, asked: Asked) -> None:
+def give_up(store: Store, request: KeyedRequest) -> None:
     """Frees the key of a request that was refused and changed nothing."""
-    mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key) & (IDEMPOTENCY.c.status == BEGUN)
+    mine = (IDEMPOTENCY.c.account == request.who) & (IDEMPOTENCY.c.key == request.key) & (IDEMPOTENCY.c.status == BEGUN)
     with store.writing() as connection:
         connection.execute(delete(IDEMPOTENCY).where(mine))
 

@@ -34,17 +34,17 @@ def last_event(store: Store) -> int:
         return int(connection.execute(select(func.max(EVENT.c.id))).scalar_one() or 0)
 
 
-def event_bytes(one: EventView) -> bytes:
+def event_bytes(event: EventView) -> bytes:
     """Returns an event as the stream has it."""
     shown = {
-        "id": one.id,
-        "at": one.at.isoformat(),
-        "who": one.who,
-        "what": one.what,
-        "subject": one.subject,
-        "values": one.values,
+        "id": event.id,
+        "at": event.at.isoformat(),
+        "who": event.who,
+        "what": event.what,
+        "subject": event.subject,
+        "values": event.values,
     }
-    return format_sse_event(data_str=json.dumps(shown), id=str(one.id))
+    return format_sse_event(data_str=json.dumps(shown), id=str(event.id))
 
 
 def trace_after(store: Store, machine: str, after: int) -> tuple[int, list[bytes]]:

@@ -68,24 +68,24 @@ class Traces:
                 self._count += 1
                 kept.append((self._count, _event(self._count, trace, one, now)))
 
-    def after(self, machine: str, seen: int) -> tuple[int, list[bytes]]:
-        """Returns the number of a machine's last stretch, and those after the number `seen`."""
+    def after(self, machine: str, count: int) -> tuple[int, list[bytes]]:
+        """Returns the number of a machine's last stretch, and those after the number `count`."""
         with self._lock:
-            new = [one for one in self._told.get(machine, ()) if one[0] > seen]
-        return (new[-1][0] if new else seen), [content for _, content in new]
+            new = [one for one in self._told.get(machine, ()) if one[0] > count]
+        return (new[-1][0] if new else count), [content for _, content in new]
 
 
-def _event(number: int, trace: Trace, one: Stretch, now: datetime) -> bytes:
+def _event(number: int, trace: Trace, stretch: Stretch, now: datetime) -> bytes:
     shown: dict[str, Any] = {
         "at": now.isoformat(),
         "record": trace.record,
         "axes": trace.axes,
         "signals": trace.signals,
-        "from": one.from_s,
-        "to": one.to_s,
-        "low": one.low,
-        "high": one.high,
-        "alarm": one.alarm,
-        "said": one.said,
+        "from": stretch.from_s,
+        "to": stretch.to_s,
+        "low": stretch.low,
+        "high": stretch.high,
+        "alarm": stretch.alarm,
+        "said": stretch.said,
     }
     return format_sse_event(data_str=json.dumps(shown), id=str(number))

@@ -51,9 +51,9 @@ def _whole(connection: Connection) -> tuple[Callable[[Connection], Iterator[Dama
     return (_pages, _references) if connection.dialect.name == "sqlite" else ()
 
 
-def _readable(table: str, found: Iterator[Damage]) -> Iterator[Damage]:
+def _readable(table: str, damages: Iterator[Damage]) -> Iterator[Damage]:
     try:
-        yield from found
+        yield from damages
     except (DatabaseError, sqlite3.DatabaseError) as wrong:  # what comes while rows are fetched is SQLite's own
         cause = getattr(wrong, "orig", wrong)
         if (getattr(cause, "sqlite_errorcode", 0) or 0) & 0xFF not in _MALFORMED:

@@ -165,10 +165,10 @@ def _keep_a_log(store: Store, wait_s: float) -> None:
 AT_ONCE: Final = 1000
 
 
-def copy_rows(source: Store, target: Store, said: Callable[[int], None]) -> int:
+def copy_rows(source: Store, target: Store, progress: Callable[[int], None]) -> int:
     """Copies every row of every table, as `source` is at one moment, and returns their number; all or none.
 
-    `target` has tables of this version and no rows. `said` is called with the rows copied so far. Raises STO-FILE,
+    `target` has tables of this version and no rows. `progress` is called with the rows copied so far. Raises STO-FILE,
     STO-BUSY, STO-WRITE.
     """
     count = 0
@@ -177,7 +177,7 @@ def copy_rows(source: Store, target: Store, said: Callable[[int], None]) -> int:
             for rows in _rows(reading, table):
                 writing.execute(insert(table), rows)
                 count += len(rows)
-                said(count)
+                progress(count)
             _number_on(writing, table)
     return count
 

@@ -171,14 +171,14 @@ def _touch(
     return Touch(point, (x, z), feature, None if seen_x is None or seen_z is None else (seen_x, seen_z), *rest)
 
 
-def _place_count(one: Reading) -> int:
-    if len(one.place_mm) > 3:
-        raise ValueError(f"a place of {len(one.place_mm)} coordinates")
-    return len(one.place_mm)
+def _place_count(reading: Reading) -> int:
+    if len(reading.place_mm) > 3:
+        raise ValueError(f"a place of {len(reading.place_mm)} coordinates")
+    return len(reading.place_mm)
 
 
-def _measured_at(one: Reading) -> str | None:
-    return None if one.measured_at is None else one.measured_at.isoformat()
+def _measured_at(reading: Reading) -> str | None:
+    return None if reading.measured_at is None else reading.measured_at.isoformat()
 
 
 def _reading(*cells: Any) -> Reading:

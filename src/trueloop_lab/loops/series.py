@@ -9,7 +9,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.part import PartType
-from trueloop.loops.post_process.series import Made, Series
+from trueloop.loops.post_process.series import MadePart, Series
 from trueloop.loops.post_process.tracked import RULES, Replay, replayed
 from trueloop.memory.level.kalman import steps_as_they_come
 from trueloop.memory.level.step import TURNING, LevelPrior, PartReading, Step
@@ -45,7 +45,7 @@ NOMINAL_MM: Final = 12.0
 def simulate(shop: Shop, rng: np.random.Generator, events: Sequence[Event] = (), prior: LevelPrior = TURNING) -> Replay:
     """Simulates a series cut with memory's proposals, uncorrected, and with each of the rules of `RULES`."""
     drawn = draw(replace(shop, angle_rad=CYLINDER), rng, events)
-    made: list[Made] = []
+    made: list[MadePart] = []
     steps: list[Step] = []
 
     def readings() -> Iterator[PartReading]:
@@ -69,10 +69,10 @@ def _found_mm(drawn: Drawn, part: int, correction_mm: float) -> float:
     return float(drawn.inspected_mm(part, correction_mm)[0])
 
 
-def _made(drawn: Drawn, part: int, correction_mm: float) -> Made:
+def _made(drawn: Drawn, part: int, correction_mm: float) -> MadePart:
     new_edge = part > 0 and drawn.edge[part] != drawn.edge[part - 1]
     serial, error_mm = str(part + 1), _found_mm(drawn, part, correction_mm)
-    return Made(serial, error_mm, correction_mm, bool(new_edge), True, (serial,))
+    return MadePart(serial, error_mm, correction_mm, bool(new_edge), True, (serial,))
 
 
 def _by_rule(drawn: Drawn, parts: int, rule: Callable[[Array], float]) -> tuple[float, ...]:

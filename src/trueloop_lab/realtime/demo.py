@@ -22,7 +22,7 @@ from trueloop.machine.model.history import Clock, History, lag_signals
 from trueloop.machine.model.model import MachineModel
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Identity, Image, RealTimeLimits
-from trueloop.realtime.judge import Judged, due, judge
+from trueloop.realtime.judge import RunJudgement, due, judge
 from trueloop.report.realtime.page import run_page
 from trueloop.report.realtime.run import FinishedPart, Residual, RunPage, timing_of, trace_of
 from trueloop_lab.realtime.cutting import (
@@ -70,7 +70,7 @@ class Demo:
     """The result: parts by name, the judge's figures of the run with the corrector, errors left by cause."""
 
     parts: dict[str, MeasuredPart]
-    judged: Judged
+    judged: RunJudgement
     causes_um: dict[str, float]
     files: tuple[Path, ...]
 

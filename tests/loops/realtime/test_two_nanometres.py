@@ -12,7 +12,7 @@ from tests.support import image_reference
 from tests.support.cut_thrice import PROGRAM, TOOL_OFFSET, blocks, image, lathe_model
 from trueloop.arrays import Array, Flags
 from trueloop.formats.realtime.image_file import image_to_bytes
-from trueloop.realtime.judge import DrivenRun, Judged, judge
+from trueloop.realtime.judge import DrivenRun, RunJudgement, judge
 from trueloop_lab.linuxcnc.realtime.session import QUIET, Driven, Setup, drive, home, on, put, record, run, wait
 
 SIGNALS = {"T1": 27.5, "T2": 33.25}
@@ -60,7 +60,7 @@ def cutting(driven: Driven) -> Flags:
     return np.isin(driven["rtec.line"], [block.line for block in blocks()])
 
 
-def judged() -> Judged:
+def judged() -> RunJudgement:
     return judge(run_of(session(corrected=True)), lathe_model(), blocks())
 
 

@@ -9,7 +9,7 @@ from tests.support.qdas import HEAD, characteristic, value_line
 from trueloop.cli.terminal import ExitStatus
 from trueloop.formats.examples import example
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def test_it_holds_what_was_read(two: Path, name: str) -> None:
     target = two.parent / name
     done = invoke("measure", "convert", two, "--unit", "mm", "-o", target)
     assert done.exit_code == ExitStatus.DONE and "1 inspections, 2 values" in done.stderr
-    (inspection,) = read_measured_file(target, Stated()).inspections
+    (inspection,) = read_measured_file(target, StatedFacts()).inspections
     assert [(one.characteristic, one.actual, one.nominal) for one in inspection.readings] == [
         ("Diameter 1", 10.02, 10.0),
         ("Length 2", 9.0, 10.0),

@@ -9,7 +9,7 @@ import pytest
 from tests.support.cli import invoke, output_of, run
 from tests.support.shaft import SHAFT, write_job
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.measurements.touches_csv import read_touches
 from trueloop.jobs.measure.measured import read_measured, read_part_of_job
 
@@ -96,9 +96,9 @@ def test_written_readings_are_gauge_readings_that_are_read_back_the_same(tmp_pat
     out = tmp_path / "readings.csv"
     file = written(tmp_path, PRINT + "ANG 33.6901   ACTUAL 33.7400   TOL 0.1000   DEV 0.0499\n")
     output_of("measure", "read", file, "--unit", "mm", "--job", job, "-o", out)
-    back = read_measured_file(out, Stated())
+    back = read_measured_file(out, StatedFacts())
     assert back.format == "gauge readings (CSV)"
-    first = read_measured(file, Stated("mm"), read_part_of_job(job)).on_part[0].matches
+    first = read_measured(file, StatedFacts("mm"), read_part_of_job(job)).on_part[0].matches
     assert first is not None
     sizes = {one.characteristic: one for one in back.inspections[0].readings}
     assert len(sizes) == len(first.readings) == 3

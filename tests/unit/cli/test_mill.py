@@ -15,7 +15,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.dmis.results import dmis_results
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.inspections.qif.writer import qif_of
 
 TYPED = re.compile(r"^(tool (\d), (radius|diameter|length)|G54, (X|Y|Z|rotation)).*: add ([+-][\d.]+)( mm| in|°)", re.M)
@@ -149,7 +149,7 @@ def test_names_are_found_without_case_and_runs_of_one_part_are_one_part(tmp_path
     before = run("mill", "entries", job, "--json")
     job.write_text(job.read_text().replace('name = "B', 'name = "b-'))
     assert json.loads(run("mill", "entries", job, "--json"))["rms_um"] == json.loads(before)["rms_um"]
-    one = read_measured_file(file, Stated()).inspections[0]
+    one = read_measured_file(file, StatedFacts()).inspections[0]
     file.write_text(dmis_results([one, one], "part"))
     twice = json.loads(run("mill", "entries", job, "--json"))
     assert twice["parts"] == ["1"]

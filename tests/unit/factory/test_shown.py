@@ -38,7 +38,7 @@ from trueloop.factory.shown.records import (
 )
 from trueloop.factory.shown.series import series_rows, series_view
 from trueloop.factory.views.orders import CorrectedFrom
-from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.loops.post_process.propose import ProposalContext, proposals_of
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.factory_tables import TEMPERATURE, stamp
@@ -257,7 +257,7 @@ def proposed(shop: Shop) -> str:
     """A series that is 12 µm too large, and what it proposes."""
     keep(shop.store, [inspection(str(k), {"journal": 12.0 + k % 2}, hours=k) for k in range(6)])
     book = read_book(shop.store, "SHAFT", SeriesOptions())
-    (one, *_) = proposals_of(book.tracked, SeriesOptions(), Made("ana", shop.now))
+    (one, *_) = proposals_of(book.tracked, SeriesOptions(), ProposalContext("ana", shop.now))
     keep(shop.store, [one])
     return one.id
 

@@ -19,7 +19,7 @@ from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.tasks import LEASE_S, Working, lease, run_task, task_of
 from trueloop.jobs.factory.runners import RUNNERS, correct
-from trueloop.jobs.factory.uploads import Handed, order_read
+from trueloop.jobs.factory.uploads import HandedFile, order_read
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job
 from trueloop.server.apart.reading import PROCESSES, answered, not_read
@@ -140,7 +140,7 @@ def test_job_and_touches_are_read_apart_before_they_are_read_here(store: Store) 
     shop = modbas2(store, (MODBAS2 / "job.toml").read_text(encoding="utf-8"))
     read: list[object] = []
 
-    def first(handed: Handed) -> None:
+    def first(handed: HandedFile) -> None:
         read.append(answered(Limits(), handed, order_read))
         raise not_read(handed.name, "it takes longer than 30 s")
 

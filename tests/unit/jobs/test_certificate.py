@@ -20,7 +20,7 @@ from trueloop.domain.record import ProgramText
 from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
 from trueloop.jobs.store.codec import store_codec
 from trueloop.report.monitor.certificate import CertificateShape, CertifiedShape, hash_of
@@ -66,7 +66,7 @@ def test_each_size_has_the_device_that_measured_it(tmp_path: Path) -> None:
     )
     head = "part name,serial,characteristic,nominal,lower limit,upper limit,actual,device\n"
     file.write_text(head + "".join(f"SHAFT,7,{row}\n" for row in rows.splitlines()))
-    (inspection,) = read_measured_file(file, Stated(unit="mm")).inspections
+    (inspection,) = read_measured_file(file, StatedFacts(unit="mm")).inspections
     before = replace(inspection, devices={})
     assert len(find(store_of(before, inspection), Inspection)) == 1  # the file read before devices were kept
     shown = {one.characteristic: one for one in certified(inspection, u_um=1.0).characteristics}

@@ -17,7 +17,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, only_type, read_book
 from trueloop.jobs.series import Adding, add_files, status_of
 from trueloop.loops.post_process.decide import OVERRIDES
-from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.loops.post_process.propose import ProposalContext, proposals_of
 from trueloop.loops.post_process.series import NAMES, SeriesOptions
 from trueloop.storage.store import Store, keep, open_store
 from trueloop.units import UM_PER_MM
@@ -37,7 +37,7 @@ def _cut(serial: str, **given: object) -> Cut:
 
 
 def _accepted(store: Store) -> Proposal:
-    (proposal,) = proposals_of(read_book(store, "SHAFT", OPTIONS).tracked, OPTIONS, Made("me", MADE))
+    (proposal,) = proposals_of(read_book(store, "SHAFT", OPTIONS).tracked, OPTIONS, ProposalContext("me", MADE))
     keep(store, [proposal, ProposalDecision(proposal.id, "accepted", "me", MADE + timedelta(hours=3.5))])
     return proposal
 
@@ -61,9 +61,9 @@ def test_parts_measured_after_a_decision_were_cut_with_it_unless_it_is_said_othe
 def test_the_next_proposal_counts_from_what_is_in_force() -> None:
     store = _store(26.0, 29.0, 28.0)
     first = _accepted(store)
-    assert proposals_of(read_book(store, "SHAFT", OPTIONS).tracked, OPTIONS, Made("me", MADE)) == ()
+    assert proposals_of(read_book(store, "SHAFT", OPTIONS).tracked, OPTIONS, ProposalContext("me", MADE)) == ()
     keep(store, [inspection(str(k), {"journal": 9.0}, hours=k) for k in (4, 5, 6)])
-    (second,) = proposals_of(read_book(store, "SHAFT", OPTIONS).tracked, OPTIONS, Made("me", MADE))
+    (second,) = proposals_of(read_book(store, "SHAFT", OPTIONS).tracked, OPTIONS, ProposalContext("me", MADE))
     assert -9.5 < 1000 * second.effects[0].size_change_mm < -6.0, "what is left, not all of it again"
     assert second.effects[0].in_force_mm == pytest.approx(-first.effects[0].size_change_mm)
 

@@ -11,7 +11,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.surface.job import ReadSurface, pattern_of_parts
-from trueloop.jobs.surface.kept_parts import Added, Together, add_parts, keep_parts, measured_of, with_kept_parts
+from trueloop.jobs.surface.kept_parts import AddedPart, Together, add_parts, keep_parts, measured_of, with_kept_parts
 from trueloop.loops.surface.over_parts import NoticedPart, as_findings, notice_in_order
 from trueloop.loops.surface.surface import SurfaceModel, model_of
 from trueloop.memory.noticing.alarm import What
@@ -30,7 +30,7 @@ def model(read: ReadSurface) -> SurfaceModel:
     return pattern_of_parts(read, model_of(given.surface, given.parts, given.options, trim=given.trim))
 
 
-def add(store: Store, *parts: MeasuredPoints) -> Added:
+def add(store: Store, *parts: MeasuredPoints) -> AddedPart:
     together, notes = with_kept_parts(store, job(parts))
     return add_parts(Together(together, store, notes))
 

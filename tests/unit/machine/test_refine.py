@@ -12,7 +12,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.term import Term
-from trueloop.machine.refine.guilty import Guilty, Updated, update, with_guilty
+from trueloop.machine.refine.guilty import Guilty, UpdatedTerm, update, with_guilty
 from trueloop.machine.refine.left import LeftOnParts, changes
 from trueloop.machine.refine.refine import _whitened, refine, require_better
 
@@ -159,5 +159,5 @@ def test_parts_left_out_are_judged_as_if_their_points_were_independent() -> None
     sizes = SimpleNamespace(noise_mm=0.001, place_mm=0.0005, set_up_mm=0.004)
     along = seen.set_ups() @ (sizes.set_up_mm * rng.standard_normal((seen.set_ups().shape[1], draws)))
     own = np.hypot(sizes.noise_mm, sizes.place_mm) * rng.standard_normal((12, draws))
-    white = _whitened(seen, along + own, cast(Updated, sizes))
+    white = _whitened(seen, along + own, cast(UpdatedTerm, sizes))
     assert np.allclose(np.cov(white), np.eye(12), atol=0.05)

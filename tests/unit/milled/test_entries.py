@@ -11,7 +11,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.milled.entries import Entry, Part, Proposal, Register, propose
 from trueloop.milled.feature import MilledFeature
-from trueloop.milled.observed import Frame, Seen, milled_catalogue, observed_of, places_of, seen
+from trueloop.milled.observed import Frame, ObservedSize, milled_catalogue, observed_of, places_of, seen
 
 NOISE_MM = 5e-4
 BORE_LIKE = {
@@ -261,7 +261,7 @@ def test_walls_by_hand(
     assert shown.weights @ np.array(errors_mm) == pytest.approx(deviation_mm, abs=1e-12)
 
 
-def _shown(feature: MilledFeature, quantity: Quantity, axis: str) -> Seen:
+def _shown(feature: MilledFeature, quantity: Quantity, axis: str) -> ObservedSize:
     found = seen({"A": feature}, Frame(), Reading("c", quantity, 0.0, feature="A", axis=axis))  # type: ignore[arg-type]
     assert found is not None
     return found

@@ -12,7 +12,7 @@ from trueloop.geometry.profile import JunctionKind
 from trueloop.jobs.turned.inputs import read_setups
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.nc.match.own_contour import OwnContour, own_contour
-from trueloop.nc.program.called import Called, called
+from trueloop.nc.program.called import CalledOffset, called
 from trueloop.nc.program.program import read_program
 
 BY_EDGE = {OD: ["big + mid", "step", "seat", "chamfer"], LEFT: ["left-wall", "floor-left"],
@@ -24,7 +24,7 @@ def tools_of(path: Path, status: int = 0) -> dict[str, str]:
     return {one["name"]: one["tool"] for one in found["features"]}
 
 
-def own(path: Path, called: Called) -> OwnContour:
+def own(path: Path, called: CalledOffset) -> OwnContour:
     (of,) = read_setups(JobFiles.of(path)).found.setups
     assert of.found is not None
     return own_contour(of.profile, of.found, next(edge for edge in of.setup.edges if edge.called == called))
@@ -52,11 +52,11 @@ def test_an_edge_has_a_contour_of_its_own(tmp_path: Path) -> None:
     floor ends where the right corner's begins.
     """
     path = job(tmp_path, [0.0] * len(PLACES))
-    turned = own(path, Called(OD))
+    turned = own(path, CalledOffset(OD))
     assert turned.profile.names == tuple(BY_EDGE[OD]) and turned.parts == ((0, 5), (6,), (7,), (8,))
     assert (turned.profile.features[0].start_mm, turned.profile.features[0].end_mm) == ((25.0, -60.0), (25.0, -20.0))
     assert [junction.kind for junction in turned.profile.junctions] == [JunctionKind.CORNER] * 3
-    left = own(path, Called(LEFT))
+    left = own(path, CalledOffset(LEFT))
     assert left.profile.features[-1].end_mm == (20.0, -37.0)
 
 
@@ -66,7 +66,7 @@ def test_an_edge_ends_where_its_nose_stops_at_the_corner_of_another(tmp_path: Pa
     path = written(tmp_path, floor, floor.replace("\nG01 X40.4000 Z-37.0000", ""))
     text = (tmp_path / "finish.nc").read_text().replace("G01 X40.4000 Z-37.0000", "G01 X40.4000 Z-34.2000")
     (tmp_path / "finish.nc").write_text(text)
-    (wall,) = own(path, Called(RIGHT)).profile.features
+    (wall,) = own(path, CalledOffset(RIGHT)).profile.features
     assert wall.start_mm == pytest.approx((20.2, -34.0)) and wall.end_mm == (25.0, -34.0)
 
 
@@ -74,7 +74,7 @@ def test_features_apart_are_cut_by_one_edge(tmp_path: Path) -> None:
     """The OD tool leaves out the groove and comes down again behind it: nothing joins the two cylinders."""
     over = "G01 X51.6000 Z-60.0000"
     path = written(tmp_path, over, "G01 X51.6000 Z-33.0000\nG00 X56.\nG00 Z-41.\nG01 X51.6000\nG01 Z-60.0000")
-    turned = own(path, Called(OD))
+    turned = own(path, CalledOffset(OD))
     assert turned.profile.names == ("big", "mid", "step", "seat", "chamfer")
     assert turned.profile.junctions[0].kind is JunctionKind.APART
     assert tools_of(path)["big"] == tools_of(path)["mid"] == "T3"
@@ -91,7 +91,7 @@ def test_cuts_that_follow_each_other_over_anothers_feature_meet_where_their_line
     (tmp_path / "job.toml").write_text(text)
     lines = (tmp_path / "finish.nc").read_text().replace("G01 X37.6000 Z-19.2000", "G01 X37.6000 Z-33.2000")
     (tmp_path / "finish.nc").write_text(lines.replace("G01 X51.6000 Z-19.2000", "G01 X51.6000 Z-33.2000"))
-    turned = own(path, Called(OD))
+    turned = own(path, CalledOffset(OD))
     big, step = turned.profile.features[:2]
     assert (big.name, step.name) == ("big", "step") and big.end_mm == step.start_mm == (25.0, -34.0)
 
@@ -135,7 +135,7 @@ def test_what_is_left_alone_is_no_edges(tmp_path: Path) -> None:
     path = job(tmp_path, [0.0] * len(PLACES), more="[feature.right-wall]\ntool = 0\n")
     found = tools_of(path)
     assert found["right-wall"] == "" and found["floor-right"] == "T15 (right corner)"
-    assert own(path, Called(RIGHT)).profile.names == ("floor-right",)
+    assert own(path, CalledOffset(RIGHT)).profile.names == ("floor-right",)
     assert re.search(r"right-wall +– +– +left alone", run("nc", "features", path))
 
 
@@ -149,16 +149,16 @@ def test_a_tool_that_the_program_does_not_call_is_refused(tmp_path: Path) -> Non
 def test_offsets_are_called_as_controls_call_them() -> None:
     """T0313 offset 13; H13; D2 of the tool in use; GE 2000T as Fanuc; TG and OG of an Okuma, or six digits."""
     for control, words, expected in (
-        ("fanuc-lathe", "T0313", [Called(13)]),
-        ("fanuc-lathe", "T3", [Called(3)]),
-        ("linuxcnc", "T3 M6 G43 H13", [Called(13)]),
-        ("linuxcnc", "T3 M6", [Called(3)]),
-        ("siemens", "T3 D2", [Called(3, 2)]),
-        ("siemens", "T3", [Called(3)]),
-        ("ge2000t", "T0313", [Called(13)]),
-        ("okuma-lathe", "T030313", [Called(13)]),
-        ("okuma-lathe", "G01 X22. TG=06 OG=2\nOG=1", [Called(6, 2), Called(6)]),
-        ("okuma-lathe", "G01 X22. TG=06 OG=2\nTG=03", [Called(6, 2), Called(3)]),
+        ("fanuc-lathe", "T0313", [CalledOffset(13)]),
+        ("fanuc-lathe", "T3", [CalledOffset(3)]),
+        ("linuxcnc", "T3 M6 G43 H13", [CalledOffset(13)]),
+        ("linuxcnc", "T3 M6", [CalledOffset(3)]),
+        ("siemens", "T3 D2", [CalledOffset(3, 2)]),
+        ("siemens", "T3", [CalledOffset(3)]),
+        ("ge2000t", "T0313", [CalledOffset(13)]),
+        ("okuma-lathe", "T030313", [CalledOffset(13)]),
+        ("okuma-lathe", "G01 X22. TG=06 OG=2\nOG=1", [CalledOffset(6, 2), CalledOffset(6)]),
+        ("okuma-lathe", "G01 X22. TG=06 OG=2\nTG=03", [CalledOffset(6, 2), CalledOffset(3)]),
     ):
         source = read_program(f"{words}\nG1 X20. Z-20. F1\n".encode(), control)
         path = source.run({}, strict=False)

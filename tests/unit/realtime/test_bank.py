@@ -9,7 +9,7 @@ from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.structure import PRESETS
 from trueloop.machine.model.term import CONSTANT, Part, Term, segments
-from trueloop.realtime.bank import Stated, bank_of, signals_of
+from trueloop.realtime.bank import SignalLimits, bank_of, signals_of
 
 
 @pytest.mark.parametrize("structure", sorted(PRESETS))
@@ -53,5 +53,5 @@ def test_ranges_and_steps_come_from_the_data_unless_stated() -> None:
     speed, warm = signals_of(model)
     assert (speed.name, speed.unit, speed.low, speed.high, speed.most_step) == ("speed", "rev/min", 0.0, 3000.0, 3000.0)
     assert (warm.name, warm.reference, warm.low, warm.high, warm.most_step) == ("T1", 20.0, 18.0, 25.0, 2.0)
-    stated = Stated({"T1": (15.0, 35.0)}, {"T1": 0.5, "speed": 100.0})
+    stated = SignalLimits({"T1": (15.0, 35.0)}, {"T1": 0.5, "speed": 100.0})
     assert [(s.low, s.high, s.most_step) for s in signals_of(model, stated)] == [(0, 3000, 100), (15, 35, 0.5)]

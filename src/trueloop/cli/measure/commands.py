@@ -156,11 +156,11 @@ Mapping = Annotated[
 
 def convert(file: File, output: Output, unit: Unit = None, mapping: Mapping = None) -> None:
     """Write an inspection file in another format: all its parts, in mm and degrees."""
-    from trueloop.formats.inspections.measured_file import Stated
+    from trueloop.formats.inspections.measured_file import StatedFacts
     from trueloop.jobs.measure.measured import convert as write_converted
 
     with busy(f"reading {file}"):
-        read = write_converted(file, Stated(unit, mapping), output)
+        read = write_converted(file, StatedFacts(unit, mapping), output)
     for remark in read.remarks:
         typer.echo(f"{file}{'' if remark.line is None else f':{remark.line}'}: {remark.text}", err=True)
     values = sum(one.count for one in read.inspections)

@@ -12,7 +12,7 @@ from trueloop.cli.shared_options import argument, option
 from trueloop.cli.terminal import AsJson, ExitStatus, busy, print_json, print_lines, wide_console
 
 if TYPE_CHECKING:
-    from trueloop.jobs.measure.keep_measured import Shown
+    from trueloop.jobs.measure.keep_measured import StatedCut
     from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.report.measured import FileOnPart, OnPart, ValueRow
 
@@ -68,13 +68,13 @@ class CutShown:
         datetime | None, option("When files without a time were measured, local.", formats=["%Y-%m-%dT%H:%M"])
     ] = None
 
-    def shown(self) -> "Shown | None":
+    def shown(self) -> "StatedCut | None":
         """As jobs take it; None: nothing is to be kept."""
         from trueloop.domain.life import Ran
         from trueloop.errors import Code
         from trueloop.formats.input_file import read_input
-        from trueloop.jobs.measure.keep_measured import Shown
-        from trueloop.jobs.store.finish_cut import SaidOfCut
+        from trueloop.jobs.measure.keep_measured import StatedCut
+        from trueloop.jobs.store.finish_cut import CutStatement
 
         if self.after is None:
             return None
@@ -82,7 +82,7 @@ class CutShown:
         text = None if self.program is None else read_input(self.program, Code.NC_FILE, hint=hint)
         ran = None if self.ran is None else Ran(self.ran)
         at = None if self.measured_at is None else self.measured_at.astimezone()
-        return Shown(self.after, SaidOfCut(self.record, text, ran, self.minutes, self.order), at)
+        return StatedCut(self.after, CutStatement(self.record, text, ran, self.minutes, self.order), at)
 
 
 def read(
@@ -99,7 +99,7 @@ def read(
     With --after they are kept in the job's store, linked with the cut that they show.
     """
     from trueloop.errors import Severity
-    from trueloop.formats.inspections.measured_file import Stated
+    from trueloop.formats.inspections.measured_file import StatedFacts
     from trueloop.jobs.measure.measured import Chosen, read_measured, read_part_of_job, write_measured
     from trueloop.report.measured import measured_as_dict
 
@@ -109,7 +109,7 @@ def read(
         raise typer.BadParameter("needs --job: its part was inspected", param_hint="--after")
     if cut.after is None and (store.db or cut != CutShown()):
         raise typer.BadParameter("needs --after: which cut the inspections show", param_hint="--db")
-    stated, chosen = Stated(meant.unit, meant.mapping), Chosen(meant.serial, meant.run)
+    stated, chosen = StatedFacts(meant.unit, meant.mapping), Chosen(meant.serial, meant.run)
     with busy(f"reading {', '.join(map(str, files))}"):
         part = None if job is None else read_part_of_job(job)
         found = [read_measured(file, stated, part, chosen, meant.axis) for file in files]
@@ -130,7 +130,7 @@ def read(
         raise typer.Exit(ExitStatus.FINDINGS)
 
 
-def _kept(found: "list[FileOnPart]", job: Path, cut: CutShown, store: StoreChoice, meant: Meant) -> "KeptFacts | None":
+def _kept(files: "list[FileOnPart]", job: Path, cut: CutShown, store: StoreChoice, meant: Meant) -> "KeptFacts | None":
     """Keeps the inspections and returns the result; None if nothing was requested."""
     if cut.after is None:
         return None
@@ -139,16 +139,16 @@ def _kept(found: "list[FileOnPart]", job: Path, cut: CutShown, store: StoreChoic
 
     shown = cut.shown()
     assert shown is not None
-    kept = keep_measured(found, job, shown, store.keeping(meant.serial), feature_names(meant.mapping))
+    kept = keep_measured(files, job, shown, store.keeping(meant.serial), feature_names(meant.mapping))
     if kept is None:
         why = "--no-store is given" if store.no_store else "there is no store"
         raise typer.BadParameter(f"{why}: name by --db the one that `trueloop compensate` kept the correction in")
     return kept
 
 
-def _print(found: "list[FileOnPart]") -> None:
+def _print(files: "list[FileOnPart]") -> None:
 
-    for file in found:
+    for file in files:
         print_file(file)
 
 
@@ -184,11 +184,11 @@ def print_file(file: "FileOnPart") -> None:
     print_lines([""])
 
 
-def _heading(one: "OnPart") -> str:
-    inspection, matches = one.inspection, one.matches
+def _heading(on_part: "OnPart") -> str:
+    inspection, matches = on_part.inspection, on_part.matches
     part = inspection.part
     said = [
-        f"{one.run}.",
+        f"{on_part.run}.",
         part.part_type.name or "part not stated",
         f"serial {part.serial}" if part.serial else "serial not stated",
         *([f"{inspection.measured_at:%Y-%m-%d %H:%M}"] if inspection.measured_at else []),

@@ -57,14 +57,14 @@ class Table:
     output: Annotated[Path | None, option("File for the table.  [default: print it]", "--output", "-o")] = None
 
     def hand_over(
-        self, profile: "Profile", notes: "Sequence[str]", source: Path, asked: "Sequence[Characteristic]" = ()
+        self, profile: "Profile", notes: "Sequence[str]", source: Path, characteristics: "Sequence[Characteristic]" = ()
     ) -> None:
         """The table with the decisions as comments, and what is asked of the part, to the file or to stdout."""
         from trueloop.formats.jobs.new_job import characteristics_toml
         from trueloop.formats.jobs.profile_of_job import part_table_toml
         from trueloop.formats.outputs import write_all
 
-        table = part_table_toml(self.name or source.stem, profile, notes) + characteristics_toml(asked)
+        table = part_table_toml(self.name or source.stem, profile, notes) + characteristics_toml(characteristics)
         if self.output is None:
             typer.echo(table, nl=False)
         else:

@@ -94,9 +94,9 @@ def _name(word: Word) -> str:
     return word.letter or word.text.split("(")[0].split(" ")[0]
 
 
-def _differing_words(one: Sequence[_Token], other: Sequence[_Token]) -> Iterator[WordDifference]:
+def _differing_words(tokens: Sequence[_Token], other: Sequence[_Token]) -> Iterator[WordDifference]:
     """Same words are paired first; between them, words of one name."""
-    for a, b in _stretches(one, other, [token.compared for token in one], [token.compared for token in other]):
+    for a, b in _stretches(tokens, other, [token.compared for token in tokens], [token.compared for token in other]):
         for c, d in _stretches(a, b, [token.what for token in a], [token.what for token in b], equal=True):
             for x, y in zip_longest(c, d):
                 if x is None or y is None or x.what != y.what:
@@ -106,7 +106,7 @@ def _differing_words(one: Sequence[_Token], other: Sequence[_Token]) -> Iterator
 
 
 def _stretches(
-    one: Sequence[_Token],
+    tokens: Sequence[_Token],
     other: Sequence[_Token],
     keys: Sequence[object],
     others: Sequence[object],
@@ -115,7 +115,7 @@ def _stretches(
     """The stretches that differ by their keys, and with `equal` those that do not."""
     for tag, a, a_end, b, b_end in SequenceMatcher(None, keys, others, autojunk=False).get_opcodes():
         if equal or tag != "equal":
-            yield one[a:a_end], other[b:b_end]
+            yield tokens[a:a_end], other[b:b_end]
 
 
 def _word_difference(a: _Token | None, b: _Token | None) -> WordDifference:
@@ -170,15 +170,15 @@ def differences(first: bytes, second: bytes, passes: frozenset[Change] = frozens
     return list(_differing(one[: len(one) - last], other[: len(other) - last]))[:SHOWN]
 
 
-def in_words(found: Sequence[Difference], dialect: str, passes: frozenset[Change]) -> list[Difference]:
+def in_words(differences: Sequence[Difference], dialect: str, passes: frozenset[Change]) -> list[Difference]:
     """Returns the differences with blocks and words, as the reader of that dialect splits the lines."""
-    return [_in_words(one, dialect, passes) for one in found]
+    return [_in_words(one, dialect, passes) for one in differences]
 
 
-def _in_words(one: Difference, dialect: str, passes: frozenset[Change]) -> Difference:
-    both = one.before is not None and one.after is not None
-    words = differing_words(one.before or "", one.after or "", dialect, passes) if both else ()
-    return replace(one, block=block_name(one.before or one.after or "", dialect), words=words)
+def _in_words(difference: Difference, dialect: str, passes: frozenset[Change]) -> Difference:
+    both = difference.before is not None and difference.after is not None
+    words = differing_words(difference.before or "", difference.after or "", dialect, passes) if both else ()
+    return replace(difference, block=block_name(difference.before or difference.after or "", dialect), words=words)
 
 
 _Line: TypeAlias = tuple[int, str, bytes]
@@ -193,52 +193,52 @@ def _lines(text: bytes, passes: frozenset[Change]) -> list[_Line]:
     return [one for one in every if one[2] or not loose]
 
 
-def _alike(one: Sequence[bytes], other: Sequence[bytes]) -> int:
+def _alike(lines: Sequence[bytes], other: Sequence[bytes]) -> int:
     """How many first lines are the same."""
-    pairs = enumerate(zip(one, other, strict=False))
-    return next((k for k, (a, b) in pairs if a != b), min(len(one), len(other)))
+    pairs = enumerate(zip(lines, other, strict=False))
+    return next((k for k, (a, b) in pairs if a != b), min(len(lines), len(other)))
 
 
-def _differing(one: list[_Line], other: list[_Line]) -> Iterator[Difference]:
-    if max(len(one), len(other)) > MOST_ALIGNED:
-        pairs = zip_longest(one, other)
+def _differing(lines: list[_Line], other: list[_Line]) -> Iterator[Difference]:
+    if max(len(lines), len(other)) > MOST_ALIGNED:
+        pairs = zip_longest(lines, other)
         yield from (_difference(a, b) for a, b in pairs if a is None or b is None or a[2] != b[2])
         return
-    matcher = SequenceMatcher(None, [line for *_, line in one], [line for *_, line in other], autojunk=False)
+    matcher = SequenceMatcher(None, [line for *_, line in lines], [line for *_, line in other], autojunk=False)
     for tag, a0, a1, b0, b1 in matcher.get_opcodes():
         if tag != "equal":
-            yield from (_difference(a, b) for a, b in _paired(one[a0:a1], other[b0:b1]))
+            yield from (_difference(a, b) for a, b in _paired(lines[a0:a1], other[b0:b1]))
 
 
 _Pair: TypeAlias = tuple[_Line | None, _Line | None]
 
 
-def _paired(one: Sequence[_Line], other: Sequence[_Line]) -> list[_Pair]:
+def _paired(left: Sequence[_Line], other: Sequence[_Line]) -> list[_Pair]:
     """Changed lines beside their new versions: the pairs, in order, with the most words in common."""
-    if len(one) == len(other) == 1 or len(one) * len(other) > MOST_PAIRED:
-        return list(zip_longest(one, other))
-    words, others = ([set(WORDS.findall(line.upper())) for *_, line in lines] for lines in (one, other))
-    best = [[0.0] * (len(other) + 1) for _ in range(len(one) + 1)]
-    for i in reversed(range(len(one))):
+    if len(left) == len(other) == 1 or len(left) * len(other) > MOST_PAIRED:
+        return list(zip_longest(left, other))
+    words, others = ([set(WORDS.findall(line.upper())) for *_, line in lines] for lines in (left, other))
+    best = [[0.0] * (len(other) + 1) for _ in range(len(left) + 1)]
+    for i in reversed(range(len(left))):
         for j in reversed(range(len(other))):
             together = _likeness(words[i], others[j]) + best[i + 1][j + 1]
             best[i][j] = max(together, best[i + 1][j], best[i][j + 1])
-    return list(_path(one, other, best))
+    return list(_path(left, other, best))
 
 
-def _path(one: Sequence[_Line], other: Sequence[_Line], best: list[list[float]]) -> Iterator[_Pair]:
+def _path(lines: Sequence[_Line], other: Sequence[_Line], best: list[list[float]]) -> Iterator[_Pair]:
     i = j = 0
-    while i < len(one) and j < len(other):
+    while i < len(lines) and j < len(other):
         if best[i][j] > max(best[i + 1][j], best[i][j + 1]):
-            yield one[i], other[j]
+            yield lines[i], other[j]
             i, j = i + 1, j + 1
         elif best[i][j] == best[i + 1][j]:
-            yield one[i], None
+            yield lines[i], None
             i += 1
         else:
             yield None, other[j]
             j += 1
-    yield from ((line, None) for line in one[i:])
+    yield from ((line, None) for line in lines[i:])
     yield from ((None, line) for line in other[j:])
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from trueloop.controllers.links.line import framed, require_no_end_within
-from trueloop.controllers.links.link import LARGEST, PART, Busy, Listed, no_such_program, not_reached
+from trueloop.controllers.links.link import LARGEST, PART, Busy, ListedProgram, no_such_program, not_reached
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.tool_tables.known import tool_table_of
 from trueloop.formats.tables.tool_tables.tool_table import ToolRow, Unit
@@ -272,14 +272,14 @@ class _Row(ctypes.Structure):
     )
 
 
-def directory(control: Connection) -> list[Listed]:
+def directory(control: Connection) -> list[ListedProgram]:
     """Lists the programs of the folder that is chosen at the control, by number. Raises LNK-REACH."""
-    found, top = list[Listed](), 0
+    found, top = list[ListedProgram](), 0
     while True:
         first, count, rows = ctypes.c_int64(top), ctypes.c_short(ROWS), (_Row * ROWS)()
         control.call("cnc_rdprogdir3", ctypes.c_short(2), ctypes.byref(first), ctypes.byref(count), rows)
         page = [row for row in rows[: count.value] if row.number >= top]
-        found += [Listed(named(row.number), row.length) for row in page]
+        found += [ListedProgram(named(row.number), row.length) for row in page]
         if count.value < ROWS or not page:
             return found
         top = page[-1].number + 1
@@ -366,7 +366,7 @@ class Focas:
         """States that the protocol has no password."""
         return f"{self.host}: FOCAS knows no password, anybody on this network can do the same"
 
-    def listed(self) -> list[Listed]:
+    def listed(self) -> list[ListedProgram]:
         """Lists the programs, without the one of transfers."""
         with self._connected() as control:
             return [one for one in directory(control) if number_of(one.name) != self.aside]

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, Listed, no_such_program, not_reached
+from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, ListedProgram, no_such_program, not_reached
 from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.tool_tables.known import tool_table_of
@@ -40,7 +40,7 @@ class Folder:
         """Returns no note."""
         return ""
 
-    def listed(self) -> list[Listed]:
+    def listed(self) -> list[ListedProgram]:
         """Lists the files in the folder that can be a program."""
         try:
             every = sorted(self.folder.iterdir())
@@ -121,9 +121,9 @@ def _is_program(path: Path) -> bool:
     return bool(NAME.fullmatch(path.name)) and not path.name.endswith(PART) and _may_be_read(path)
 
 
-def _listed(path: Path) -> Listed:
+def _listed(path: Path) -> ListedProgram:
     state = path.stat()
-    return Listed(path.name, state.st_size, datetime.fromtimestamp(state.st_mtime, UTC))
+    return ListedProgram(path.name, state.st_size, datetime.fromtimestamp(state.st_mtime, UTC))
 
 
 def _sync(folder: Path) -> None:

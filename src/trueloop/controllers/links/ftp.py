@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, Listed, no_such_program, not_reached
+from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, ListedProgram, no_such_program, not_reached
 from trueloop.errors import TrueloopError
 
 OLD: Final = ".old" + PART
@@ -47,14 +47,14 @@ class Ftp:
         """Warns that plain FTP is readable on the network; empty with TLS."""
         return "" if self.tls else f"{self.host}: plain FTP, anybody on this network can read programs and password"
 
-    def listed(self) -> list[Listed]:
+    def listed(self) -> list[ListedProgram]:
         """Lists the names in the folder, with sizes where the server gives them.
 
         A program whose exchange was cut off between two renames is given its name back.
         """
         with self._session() as ftp:
             return [
-                Listed(name, _size(ftp, name))
+                ListedProgram(name, _size(ftp, name))
                 for name in sorted(_brought_back(ftp, self._names(ftp)))
                 if NAME.fullmatch(name) and not name.endswith(PART)
             ]

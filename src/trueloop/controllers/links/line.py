@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any, Final, Literal, Protocol
 
-from trueloop.controllers.links.link import LARGEST, Busy, Listed
+from trueloop.controllers.links.link import LARGEST, Busy, ListedProgram
 from trueloop.errors import Code, TrueloopError
 from trueloop.extras import install_command
 
@@ -205,9 +205,9 @@ def open_port(name: str, baud: int, data_bits: int, parity: Parity, stop_bits: i
         device.close()
 
 
-def broken(where: str, said: str, hint: str) -> TrueloopError:
+def broken(where: str, text: str, hint: str) -> TrueloopError:
     """Returns the error LNK-LINE."""
-    return Code.LNK_LINE.refusal(f"{where}: {said}", hint=hint, values={"where": where})
+    return Code.LNK_LINE.refusal(f"{where}: {text}", hint=hint, values={"where": where})
 
 
 def _pyserial(name: str) -> Any:
@@ -338,9 +338,9 @@ def _held(port: Port, where: str, held: bool, wait_s: float, sent: int, of: int)
     return held
 
 
-def _require_time(port: Port, where: str, since: float, pace: Pace, said: str, hint: str = _PARTS) -> None:
+def _require_time(port: Port, where: str, since: float, pace: Pace, text: str, hint: str = _PARTS) -> None:
     if port.now() - since > pace.silence_s:
-        raise broken(where, f"{said}, for {pace.silence_s:g} s", hint)
+        raise broken(where, f"{text}, for {pace.silence_s:g} s", hint)
 
 
 LINE_ENDS: Final = {"lf": b"\n", "cr-lf": b"\r\n", "lf-cr-cr": b"\n\r\r"}
@@ -375,7 +375,7 @@ class Line:
         """Warns that a line carries characters, not files."""
         return f"{self.port}: a serial line knows neither names nor what runs: look at the control"
 
-    def listed(self) -> list[Listed]:
+    def listed(self) -> list[ListedProgram]:
         """Raises LNK-LINE: a line has no list."""
         raise broken(self.port, "a serial line has no list of programs", "look at the control's own list")
 

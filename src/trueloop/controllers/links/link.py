@@ -15,7 +15,7 @@ LARGEST: Final = 64_000_000
 
 
 @dataclass(frozen=True)
-class Listed:
+class ListedProgram:
     """A program at a control: its name there, its bytes, when it was changed; None: the control does not say."""
 
     name: str
@@ -50,7 +50,7 @@ class Link(Protocol):
     def note(self) -> str:
         """Returns what a user of this link has to know; empty: nothing."""
 
-    def listed(self) -> list[Listed]:
+    def listed(self) -> list[ListedProgram]:
         """Lists the programs at the control, by name."""
 
     def read(self, name: str) -> bytes:

@@ -44,7 +44,7 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Said:
+class MachineReport:
     """LinuxCNC's status, None: it does not run; values of pins; whether the corrector's signals are alive; the part."""
 
     status: Mapping[str, Any] | None
@@ -65,13 +65,13 @@ def pins_of(machine: Machine) -> list[str]:
     return list(dict.fromkeys([*filter(None, named), *ages, *([HEARTBEAT] if ages else [])]))
 
 
-def observed(machine: Machine, said: Said, limits: Limits) -> dict[str, Value]:
+def observed(machine: Machine, report: MachineReport, limits: Limits) -> dict[str, Value]:
     """Returns every item's value, in the order of the items."""
     found = nothing(machine)
-    if said.status is not None:
-        found.update(_of_status(machine, said.status))
-        found.update(_of_pins(machine, said, limits))
-        found["part_id"] = said.part or UNAVAILABLE
+    if report.status is not None:
+        found.update(_of_status(machine, report.status))
+        found.update(_of_pins(machine, report, limits))
+        found["part_id"] = report.part or UNAVAILABLE
     return found
 
 
@@ -108,14 +108,14 @@ def _condition(status: Mapping[str, Any]) -> Condition:
     return Condition()
 
 
-def _of_pins(machine: Machine, said: Said, limits: Limits) -> Iterator[tuple[str, Value]]:
+def _of_pins(machine: Machine, report: MachineReport, limits: Limits) -> Iterator[tuple[str, Value]]:
     for name, pin in machine.temperatures.items():
-        age = said.pins.get(_age(pin)) if _age(pin) else 0.0
-        good = age is not None and age <= limits.temperature_s and (said.signals_alive or not _age(pin))
-        yield f"temp_{name}", _number(said.pins.get(pin) if good else None, 3)
+        age = report.pins.get(_age(pin)) if _age(pin) else 0.0
+        good = age is not None and age <= limits.temperature_s and (report.signals_alive or not _age(pin))
+        yield f"temp_{name}", _number(report.pins.get(pin) if good else None, 3)
     for axis, pin in machine.corrections.items():
-        yield f"{axis}corr", _number(said.pins.get(pin), 6 if axis in LINEAR else 4)
-    yield "part_count", _number(said.pins.get(machine.part_count), 0)
+        yield f"{axis}corr", _number(report.pins.get(pin), 6 if axis in LINEAR else 4)
+    yield "part_count", _number(report.pins.get(machine.part_count), 0)
 
 
 def _age(pin: str) -> str:
@@ -145,7 +145,7 @@ class Item:
 
 
 @dataclass(frozen=True)
-class Seen:
+class ItemObservation:
     """An observation with its item. `value`: as the agent says it, of a condition its level."""
 
     item: Item
@@ -154,7 +154,9 @@ class Seen:
     value: str
 
 
-def read(url: str, until: Callable[[], bool], say: Say, stop: threading.Event | None = None) -> Iterator[Seen]:
+def read(
+    url: str, until: Callable[[], bool], say: Say, stop: threading.Event | None = None
+) -> Iterator[ItemObservation]:
     """Yields what is current, then what comes, until `until` returns true: it is called after every answer.
 
     Raises MTC-AGENT where the agent does not answer, or not as one.
@@ -217,14 +219,14 @@ def _next(url: str, answer: Current) -> int:
     return int(following)
 
 
-def _seen(answer: Current, items: Mapping[str, Item]) -> Iterator[Seen]:
+def _seen(answer: Current, items: Mapping[str, Item]) -> Iterator[ItemObservation]:
     for one in sorted(answer.all, key=lambda one: one.sequence):
         value = one.kind.upper() if one.kind in LEVELS else one.text
-        yield Seen(items.get(one.item) or Item(one.item, one.name, one.kind), one.stamp, one.sequence, value)
+        yield ItemObservation(items.get(one.item) or Item(one.item, one.name, one.kind), one.stamp, one.sequence, value)
 
 
-def _item(given: Mapping[str, str]) -> Item:
-    return Item(given["id"], given.get("name", ""), given.get("type", ""), given.get("units", ""))
+def _item(attributes: Mapping[str, str]) -> Item:
+    return Item(attributes["id"], attributes.get("name", ""), attributes.get("type", ""), attributes.get("units", ""))
 
 
 def _agent_refused(url: str, why: str) -> TrueloopError:
@@ -233,17 +235,17 @@ def _agent_refused(url: str, why: str) -> TrueloopError:
     )
 
 
-def temperature_log(url: str, seen: Sequence[Seen]) -> str:
+def temperature_log(url: str, observations: Sequence[ItemObservation]) -> str:
     """Returns CSV: `time_s` since 1970, NAME_degC. A temperature holds until the next value, or UNAVAILABLE.
 
     Raises MTC-AGENT where never all were known.
     """
-    temperatures = [one.item for one in seen if one.item.type.upper() == "TEMPERATURE"]
+    temperatures = [one.item for one in observations if one.item.type.upper() == "TEMPERATURE"]
     named = {item.id: re.sub(r"\W", "_", item.name or item.id) for item in temperatures}
     rows: dict[float, list[float]] = {}
     latest: dict[str, float] = {}
     for time_s, one in sorted(
-        ((_time_s(url, one), one) for one in seen if one.item.id in named), key=lambda row: row[0]
+        ((_time_s(url, one), one) for one in observations if one.item.id in named), key=lambda row: row[0]
     ):
         latest[one.item.id] = number_of(one.value)
         values = [latest.get(item, math.nan) for item in named]
@@ -257,11 +259,11 @@ def temperature_log(url: str, seen: Sequence[Seen]) -> str:
     return "\n".join([head, *(f"{t:.6f},{','.join(f'{v:g}' for v in row)}" for t, row in rows.items()), ""])
 
 
-def _time_s(url: str, one: Seen) -> float:
+def _time_s(url: str, observation: ItemObservation) -> float:
     try:
-        return unix_s(one.stamp)
+        return unix_s(observation.stamp)
     except ValueError as error:
-        raise _refused(url, f"{one.item.id!r} at {one.stamp[:40]!r}: {error}") from error
+        raise _refused(url, f"{observation.item.id!r} at {observation.stamp[:40]!r}: {error}") from error
 
 
 def _refused(url: str, why: str) -> TrueloopError:

@@ -14,7 +14,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, Final
 
-from trueloop.controllers.mtconnect.agent import HEARTBEAT, Limits, Said, nothing, observed, pins_of
+from trueloop.controllers.mtconnect.agent import HEARTBEAT, Limits, MachineReport, nothing, observed, pins_of
 from trueloop.controllers.mtconnect.items import Condition, Machine, Value, lines
 from trueloop.errors import Code
 
@@ -200,7 +200,7 @@ async def _read_child(source: Source, adapter: Adapter) -> str:
             patience_s = source.limits.status_s
             said: dict[str, Any] = json.loads(line)
             pins = said["pins"]
-            seen = Said(said["status"], pins, alive(pins.get(HEARTBEAT)), _part(source.part_file))
+            seen = MachineReport(said["status"], pins, alive(pins.get(HEARTBEAT)), _part(source.part_file))
             adapter.tell(observed(source.machine, seen, source.limits))
     except TimeoutError:
         return f"it said nothing for {patience_s:g} s"

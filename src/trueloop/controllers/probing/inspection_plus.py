@@ -76,15 +76,15 @@ def inspection_plus_program(name: str, features: Sequence[MilledFeature], probe:
     return ProbeProgram("\n".join(lines) + "\n", measured, left_out)
 
 
-def _measure(one: MilledFeature, probe: MacroProbe, words: "_Words", count: str) -> list[str]:
+def _measure(feature: MilledFeature, probe: MacroProbe, words: "_Words", count: str) -> list[str]:
     """Returns the way to a feature at the clearance height, its measurement, and the way back up."""
-    x, y, top = one.place_mm
-    low = top - 0.5 * one.depth_mm
-    size = words("D" if one.kind in ROUND else "X" if abs(one.direction[0]) >= ALONG else "Y", one.size_mm)
-    macro = f"P{9814 if one.kind in ROUND else 9812}"
-    if one.kind == "face":
+    x, y, top = feature.place_mm
+    low = top - 0.5 * feature.depth_mm
+    size = words("D" if feature.kind in ROUND else "X" if abs(feature.direction[0]) >= ALONG else "Y", feature.size_mm)
+    macro = f"P{9814 if feature.kind in ROUND else 9812}"
+    if feature.kind == "face":
         height, cycle = top + probe.approach_mm, f"G65 P9811 {words('Z', top)} {count}"
-    elif one.inward:
+    elif feature.inward:
         height, cycle = low, f"G65 {macro} {size} {count}"
     else:
         beside = f"{words('Z', low)} {words('R', probe.approach_mm)}"
@@ -116,26 +116,26 @@ def _why_not(one: MilledFeature, features: Sequence[MilledFeature], probe: Macro
     return "" if near is None else f"{near.name} is within {probe.approach_mm:g} mm and a ball beside it"
 
 
-def _why_no_face(one: MilledFeature, features: Sequence[MilledFeature], probe: MacroProbe) -> str:
-    if one.direction[2] < ALONG:
+def _why_no_face(feature: MilledFeature, features: Sequence[MilledFeature], probe: MacroProbe) -> str:
+    if feature.direction[2] < ALONG:
         return "it does not look up"
-    faces = [other for other in features if other is not one and other.kind == "face"]
-    over = next((other for other in faces if _apart_mm(one, other) < APART_MM), None)
+    faces = [other for other in features if other is not feature and other.kind == "face"]
+    over = next((other for other in faces if _apart_mm(feature, other) < APART_MM), None)
     if over is not None:
         return f"its place is that of {over.name}: state `at` where it alone lies"
-    hidden = next((other for other in features if _covers(other, one, probe)), None)
+    hidden = next((other for other in features if _covers(other, feature, probe)), None)
     return "" if hidden is None else f"its place is at {hidden.name}: state `at` beside it"
 
 
-def _apart_mm(one: MilledFeature, other: MilledFeature) -> float:
-    return float(np.hypot(*np.subtract(one.place_mm[:2], other.place_mm[:2])))
+def _apart_mm(feature: MilledFeature, other: MilledFeature) -> float:
+    return float(np.hypot(*np.subtract(feature.place_mm[:2], other.place_mm[:2])))
 
 
-def _across_mm(one: MilledFeature, other: MilledFeature) -> float:
+def _across_mm(feature: MilledFeature, other: MilledFeature) -> float:
     """Returns how far the middle of another feature is from one's, across the walls of one where it has two."""
-    if one.kind in ROUND:
-        return _apart_mm(one, other)
-    return abs(float(np.subtract(other.place_mm, one.place_mm) @ np.array(one.direction)))
+    if feature.kind in ROUND:
+        return _apart_mm(feature, other)
+    return abs(float(np.subtract(other.place_mm, feature.place_mm) @ np.array(feature.direction)))
 
 
 def _covers(other: MilledFeature, face: MilledFeature, probe: MacroProbe) -> bool:
@@ -148,13 +148,20 @@ def _inside(other: MilledFeature, around: MilledFeature) -> bool:
     return _apart_mm(other, around) <= 0.5 * (other.size_mm + around.size_mm)
 
 
-def _in_the_way(other: MilledFeature, one: MilledFeature, probe: MacroProbe) -> bool:
+def _in_the_way(other: MilledFeature, feature: MilledFeature, probe: MacroProbe) -> bool:
     """Returns whether the ball, going down beside a boss or rib, would meet another feature."""
-    reach = 0.5 * one.size_mm + probe.approach_mm + probe.ball_mm
+    reach = 0.5 * feature.size_mm + probe.approach_mm + probe.ball_mm
     if other.kind in ("boss", "rib"):
-        return _across_mm(other, one) < reach + 0.5 * other.size_mm and _across_mm(one, other) < reach + other.size_mm
-    within = other.kind in ("bore", "slot") and _across_mm(other, one) < 0.5 * other.size_mm
-    return within and _across_mm(other, one) + reach > 0.5 * other.size_mm and _apart_mm(one, other) < other.size_mm
+        return (
+            _across_mm(other, feature) < reach + 0.5 * other.size_mm
+            and _across_mm(feature, other) < reach + other.size_mm
+        )
+    within = other.kind in ("bore", "slot") and _across_mm(other, feature) < 0.5 * other.size_mm
+    return (
+        within
+        and _across_mm(other, feature) + reach > 0.5 * other.size_mm
+        and _apart_mm(feature, other) < other.size_mm
+    )
 
 
 class _Words:

@@ -12,8 +12,16 @@ from trueloop.diagnosis.causes.catalogue import CAUSES
 from trueloop.diagnosis.causes.cause import Candidate, Diagnosis, SeenSeries
 from trueloop.diagnosis.causes.surface import SurfaceErrors, surface_errors
 from trueloop.diagnosis.causes.ways import SEEN_MM, Way, block_of, ways
-from trueloop.diagnosis.causes.weighing import Products, Size, Weighed, log_beside, log_evidence, products_of, size_of
-from trueloop.diagnosis.causes.words import Shown, against, decide, shown, support
+from trueloop.diagnosis.causes.weighing import (
+    Products,
+    Size,
+    WhitenedProducts,
+    log_beside,
+    log_evidence,
+    products_of,
+    size_of,
+)
+from trueloop.diagnosis.causes.words import CauseEvidence, against, decide, shown, support
 from trueloop.errors import Code, Finding, Severity
 from trueloop.estimate.grid import shares
 
@@ -29,7 +37,7 @@ Hypothesis = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Asked:
+class WayColumns:
     """Ways with their columns: way v has `columns[:, blocks[v]]`, several may share one; `prior` is its share."""
 
     ways: tuple[Way, ...]
@@ -39,7 +47,7 @@ class Asked:
     products: Products
 
 
-def asked(errors: SurfaceErrors, series: SeenSeries) -> Asked:
+def asked(errors: SurfaceErrors, series: SeenSeries) -> WayColumns:
     """All ways that an instrument would see; of two causes that would leave the same, both."""
     kept, blocks, found = list[Way](), list[Integers](), dict[bytes, Array]()
     number: dict[bytes, int] = {}
@@ -59,22 +67,22 @@ def asked(errors: SurfaceErrors, series: SeenSeries) -> Asked:
     products = products_of(errors, joined)
     visible = [v for v, way in enumerate(kept) if way.wavy or _visible(products, blocks[v])]
     chosen = [kept[v] for v in visible]
-    return Asked(tuple(chosen), tuple(blocks[v] for v in visible), joined, _shares(chosen), products)
+    return WayColumns(tuple(chosen), tuple(blocks[v] for v in visible), joined, _shares(chosen), products)
 
 
-def log_weights(given: Asked, gain: float) -> dict[Hypothesis, float]:
+def log_weights(ways: WayColumns, gain: float) -> dict[Hypothesis, float]:
     """Prior times likelihood of every hypothesis, as logarithms, by the numbers of its ways."""
-    whole = given.products.at(gain)
+    whole = ways.products.at(gain)
     by_waves = (whole.only(wavy=False), whole.only(wavy=True))
     found: dict[Hypothesis, float] = {(): np.log(NONE) + log_evidence(by_waves[0], [])}
-    for v, share in enumerate(given.prior):
-        found[(v,)] = np.log(ONE * share) + _log_likelihood(given, by_waves, (v,))
-    return found | _pairs(given, by_waves, found)
+    for v, share in enumerate(ways.prior):
+        found[(v,)] = np.log(ONE * share) + _log_likelihood(ways, by_waves, (v,))
+    return found | _pairs(ways, by_waves, found)
 
 
-def acting(given: Asked, chosen: Hypothesis) -> list[int]:
+def acting(ways: WayColumns, chosen: Hypothesis) -> list[int]:
     """Those that have columns."""
-    return [v for v in chosen if len(given.blocks[v])]
+    return [v for v in chosen if len(ways.blocks[v])]
 
 
 def _visible(products: Products, block: Integers) -> bool:
@@ -84,39 +92,39 @@ def _visible(products: Products, block: Integers) -> bool:
 
 
 def _pairs(
-    given: Asked, by_waves: tuple[Weighed, Weighed], singles: Mapping[Hypothesis, float]
+    ways: WayColumns, by_waves: tuple[WhitenedProducts, WhitenedProducts], singles: Mapping[Hypothesis, float]
 ) -> dict[Hypothesis, float]:
     """Pairs of the likeliest ways with each other, and of the likeliest few with all."""
     order = sorted((h[0] for h in singles if h), key=lambda v: -singles[(v,)])
     best: dict[tuple[str, str], int] = {}
     for v in order:
-        best.setdefault(given.ways[v].who, v)
+        best.setdefault(ways.ways[v].who, v)
     first = list(best.values())
     tried = {*combinations(sorted(first[:BEST]), 2)}
     for a in {*order[:LIKELY], *first[:LIKELY]}:
-        others = [b for b in order if _may_join(given, a, b)]
-        looked = log_beside(by_waves[given.ways[a].wavy], given.blocks[a], [given.blocks[b] for b in others])
-        weights = [np.log(given.prior[b]) + log for b, log in zip(others, looked, strict=True)]
+        others = [b for b in order if _may_join(ways, a, b)]
+        looked = log_beside(by_waves[ways.ways[a].wavy], ways.blocks[a], [ways.blocks[b] for b in others])
+        weights = [np.log(ways.prior[b]) + log for b, log in zip(others, looked, strict=True)]
         promising = sorted(range(len(others)), key=lambda k: -weights[k])[:BEST]
-        waves = [k for k, b in enumerate(others) if given.ways[b].wavy]
+        waves = [k for k, b in enumerate(others) if ways.ways[b].wavy]
         tried |= {(min(a, others[k]), max(a, others[k])) for k in (*promising, *waves)}
     found: dict[Hypothesis, float] = {}
     for a, b in sorted(tried):
-        if _may_join(given, a, b):
-            prior = TWO * 2 * given.prior[a] * given.prior[b]
-            found[(a, b)] = np.log(prior) + _log_likelihood(given, by_waves, (a, b))
+        if _may_join(ways, a, b):
+            prior = TWO * 2 * ways.prior[a] * ways.prior[b]
+            found[(a, b)] = np.log(prior) + _log_likelihood(ways, by_waves, (a, b))
     return found
 
 
-def _may_join(given: Asked, a: int, b: int) -> bool:
+def _may_join(ways: WayColumns, a: int, b: int) -> bool:
     """Returns whether two ways are of two causes, and no more columns than can be tried."""
-    wide = len(given.blocks[a]) + len(given.blocks[b]) > WIDE
-    return given.ways[a].who != given.ways[b].who and not wide
+    wide = len(ways.blocks[a]) + len(ways.blocks[b]) > WIDE
+    return ways.ways[a].who != ways.ways[b].who and not wide
 
 
-def _log_likelihood(given: Asked, by_waves: tuple[Weighed, Weighed], chosen: Hypothesis) -> float:
-    wavy = any(given.ways[v].wavy for v in chosen)
-    return log_evidence(by_waves[wavy], [given.blocks[v] for v in acting(given, chosen)])
+def _log_likelihood(ways: WayColumns, by_waves: tuple[WhitenedProducts, WhitenedProducts], chosen: Hypothesis) -> float:
+    wavy = any(ways.ways[v].wavy for v in chosen)
+    return log_evidence(by_waves[wavy], [ways.blocks[v] for v in acting(ways, chosen)])
 
 
 def _shares(kept: Sequence[Way]) -> tuple[float, ...]:
@@ -130,8 +138,8 @@ def _shares(kept: Sequence[Way]) -> tuple[float, ...]:
     return tuple(share / sum(found) for share in found)
 
 
-def _way(one: Way) -> object:
-    return one.cause.key, one.tool, one.over, one.form, one.seen_by
+def _way(way: Way) -> object:
+    return way.cause.key, way.tool, way.over, way.form, way.seen_by
 
 
 PROBABLE = 0.5
@@ -206,42 +214,42 @@ def judge(series: SeenSeries) -> Diagnosis:
     )
 
 
-def _by_key(given: Asked, found: Mapping[Hypothesis, float]) -> tuple[tuple[tuple[str, ...], float], ...]:
+def _by_key(ways: WayColumns, probabilities: Mapping[Hypothesis, float]) -> tuple[tuple[tuple[str, ...], float], ...]:
     by_key: dict[tuple[str, ...], float] = {}
-    for hypothesis, share in found.items():
-        key = tuple(sorted({given.ways[v].cause.key for v in hypothesis}))
+    for hypothesis, share in probabilities.items():
+        key = tuple(sorted({ways.ways[v].cause.key for v in hypothesis}))
         by_key[key] = by_key.get(key, 0.0) + share
     return tuple(sorted(by_key.items(), key=lambda item: -item[1]))
 
 
 def _candidates(
-    given: Asked, errors: SurfaceErrors, series: SeenSeries, gain: float, found: Mapping[Hypothesis, float]
+    ways: WayColumns, errors: SurfaceErrors, series: SeenSeries, gain: float, probabilities: Mapping[Hypothesis, float]
 ) -> tuple[Candidate, ...]:
     """One a cause and tool, sized as in the likeliest hypothesis that holds it."""
     total: dict[tuple[str, str], float] = {}
     first: dict[tuple[str, str], tuple[Hypothesis, int]] = {}
-    for hypothesis, share in found.items():
+    for hypothesis, share in probabilities.items():
         for v in hypothesis:
-            who = given.ways[v].who
+            who = ways.ways[v].who
             total[who] = total.get(who, 0.0) + share
             first.setdefault(who, (hypothesis, v))
-    whole = given.products.at(gain)
+    whole = ways.products.at(gain)
     made = []
     for who, probability in sorted(total.items(), key=lambda item: -item[1]):
         if probability >= SHOWN:
             hypothesis, v = first[who]
-            size = _size(given, whole, errors, hypothesis, v)
-            seen = shown(given.ways[v], errors, series, size)
-            made.append(_candidate(given, errors, series, seen, size, v, probability))
+            size = _size(ways, whole, errors, hypothesis, v)
+            seen = shown(ways.ways[v], errors, series, size)
+            made.append(_candidate(ways, errors, series, seen, size, v, probability))
     return tuple(made)
 
 
-def _size(given: Asked, whole: Weighed, errors: SurfaceErrors, hypothesis: Hypothesis, v: int) -> Size:
-    if given.ways[v].wavy:
+def _size(ways: WayColumns, whole: WhitenedProducts, errors: SurfaceErrors, hypothesis: Hypothesis, v: int) -> Size:
+    if ways.ways[v].wavy:
         return _waviness(errors)
-    used = acting(given, hypothesis)
-    some = whole.only(wavy=any(given.ways[u].wavy for u in hypothesis))
-    return size_of(some, [given.blocks[u] for u in used], used.index(v), given.columns[:, given.blocks[v]])
+    used = acting(ways, hypothesis)
+    some = whole.only(wavy=any(ways.ways[u].wavy for u in hypothesis))
+    return size_of(some, [ways.blocks[u] for u in used], used.index(v), ways.columns[:, ways.blocks[v]])
 
 
 def _waviness(errors: SurfaceErrors) -> Size:
@@ -268,17 +276,23 @@ def _waviness(errors: SurfaceErrors) -> Size:
 
 
 def _candidate(
-    given: Asked, errors: SurfaceErrors, series: SeenSeries, seen: Shown | None, size: Size, v: int, probability: float
+    ways: WayColumns,
+    errors: SurfaceErrors,
+    series: SeenSeries,
+    evidence: CauseEvidence | None,
+    size: Size,
+    v: int,
+    probability: float,
 ) -> Candidate:
-    way = given.ways[v]
+    way = ways.ways[v]
     return Candidate(
         cause=way.cause,
         features=_features(errors, size),
         probability=probability,
         size_mm=size.mm,
         standard_u_mm=size.standard_u_mm,
-        supports=support(way, seen, size),
-        contradicts=against(way, seen, size, series),
+        supports=support(way, evidence, size),
+        contradicts=against(way, evidence, size, series),
         tool=way.tool,
     )
 

@@ -141,7 +141,7 @@ SURFACES_MM: Final = (
 
 @by_content
 @dataclass(frozen=True)
-class Weighed:
+class WhitenedProducts:
     """Products of whitened columns and values, one of each for every size of the sound process that is tried (p).
 
     `wavy` (p,) says where there is waviness.
@@ -154,13 +154,13 @@ class Weighed:
     count: int
     wavy: Array
 
-    def only(self, wavy: bool) -> "Weighed":
+    def only(self, wavy: bool) -> "WhitenedProducts":
         """With waviness, or without."""
         return self.chosen(self.wavy == float(wavy))
 
-    def chosen(self, rows: Flags) -> "Weighed":
+    def chosen(self, rows: Flags) -> "WhitenedProducts":
         """Some sizes of the process."""
-        return Weighed(
+        return WhitenedProducts(
             log_prior=self.log_prior[rows],
             columns=self.columns[rows],
             with_values=self.with_values[rows],
@@ -189,10 +189,10 @@ class Products:
     count: int
     wavy: Array
 
-    def at(self, gain: float) -> Weighed:
+    def at(self, gain: float) -> WhitenedProducts:
         """Of the values as they had been without correction, if `gain` of what is recorded arrived: E = F + g C."""
         sum_of = np.array([1.0, gain])
-        return Weighed(
+        return WhitenedProducts(
             log_prior=self.log_prior,
             columns=self.joined[:, :-2, :-2],
             with_values=self.joined[:, :-2, -2:] @ sum_of,
@@ -256,36 +256,36 @@ class _Part:
         return np.asarray(cholesky(whole, lower=True, check_finite=False))
 
 
-def log_evidence(given: Weighed, blocks: Sequence[Integers]) -> float:
+def log_evidence(products: WhitenedProducts, blocks: Sequence[Integers]) -> float:
     """Logarithm of the marginal likelihood of the values if the columns of these blocks act."""
-    log, _ = _tried(given, blocks)
+    log, _ = _tried(products, blocks)
     return float(np.logaddexp.reduce(log, axis=None) - np.log(log.shape[1]))
 
 
-def log_beside(given: Weighed, first: Integers, others: Sequence[Integers]) -> list[float]:
+def log_beside(products: WhitenedProducts, first: Integers, others: Sequence[Integers]) -> list[float]:
     """Returns log likelihoods of one block with each of several others, at the process and the size best for the first.
 
     What is left out is small beside what tells the others apart: a quick first look at many pairs.
     """
-    log, scales = _tried(given, [first])
+    log, scales = _tried(products, [first])
     row, best = np.unravel_index(int(np.argmax(log)), log.shape)
-    at = given.chosen(np.arange(len(given.wavy)) == row)
+    at = products.chosen(np.arange(len(products.wavy)) == row)
     blocks, sizes = ([first], [(float(scales[best][0]),)]) if len(first) else ([], [])
     looked = (_tried(at, [*blocks, one], [*sizes, QUICK_MM])[0] for one in others)
     return [float(np.logaddexp.reduce(log, axis=None)) for log in looked]
 
 
-def size_of(given: Weighed, blocks: Sequence[Integers], asked: int, of_block: Array) -> Size:
+def size_of(products: WhitenedProducts, blocks: Sequence[Integers], hypothesis: int, of_block: Array) -> Size:
     """Of one of the blocks, where the others act too; `of_block` (n, k) are its own columns."""
-    log, scales = _tried(given, blocks)
+    log, scales = _tried(products, blocks)
     process, best = np.unravel_index(int(np.argmax(log)), log.shape)
     chosen = np.concatenate(blocks)
     scale = scales[best]
-    inner = np.eye(len(chosen)) + scale[:, None] * given.columns[process][np.ix_(chosen, chosen)] * scale
+    inner = np.eye(len(chosen)) + scale[:, None] * products.columns[process][np.ix_(chosen, chosen)] * scale
     covariance = scale[:, None] * np.linalg.inv(inner) * scale
-    mean = covariance @ given.with_values[process][chosen]
-    first = sum(len(one) for one in blocks[:asked])
-    own = slice(first, first + len(blocks[asked]))
+    mean = covariance @ products.with_values[process][chosen]
+    first = sum(len(one) for one in blocks[:hypothesis])
+    own = slice(first, first + len(blocks[hypothesis]))
     effect = of_block @ mean[own]
     largest = int(np.argmax(np.abs(effect)))
     u = float(np.sqrt(of_block[largest] @ covariance[own, own] @ of_block[largest]))
@@ -293,15 +293,15 @@ def size_of(given: Weighed, blocks: Sequence[Integers], asked: int, of_block: Ar
 
 
 def _tried(
-    given: Weighed, blocks: Sequence[Integers], sizes_mm: Sequence[Sequence[float]] | None = None
+    products: WhitenedProducts, blocks: Sequence[Integers], sizes_mm: Sequence[Sequence[float]] | None = None
 ) -> tuple[Array, Array]:
     """Logarithms by process (p, m) and sizes of all columns (m, k)."""
     chosen = np.concatenate([np.arange(0), *blocks]).astype(int)
     of = np.repeat(np.arange(len(blocks)), [len(one) for one in blocks])
     scales = tried(sizes_mm or [SIZES_MM] * len(blocks), of)
-    gram, right = given.columns[:, None, chosen[:, None], chosen], given.with_values[:, None, chosen]
-    log = log_student(gram, right, given.values[:, None], given.count, scales**2, STATED)
-    return given.log_prior[:, None] + log, scales
+    gram, right = products.columns[:, None, chosen[:, None], chosen], products.with_values[:, None, chosen]
+    log = log_student(gram, right, products.values[:, None], products.count, scales**2, STATED)
+    return products.log_prior[:, None] + log, scales
 
 
 def _without(products: Array, count: int) -> tuple[Array, float]:

@@ -17,7 +17,7 @@ OPEN, SETTLED = 0.02, 0.98
 
 
 @dataclass(frozen=True)
-class Shown:
+class CauseEvidence:
     """The feature on which a cause shows most: its mean error as each device saw it, over how many parts.
 
     Means are of the points there, as they had been without correction. `by_part_mm` is what the cause leaves on each
@@ -31,7 +31,7 @@ class Shown:
     first_serial: str
 
 
-def shown(way: Way, errors: SurfaceErrors, series: SeenSeries, size: Size) -> Shown | None:
+def shown(way: Way, errors: SurfaceErrors, series: SeenSeries, size: Size) -> CauseEvidence | None:
     """Where a cause shows most; None where it leaves nothing on parts that were cut."""
     cut = errors.places.number("cut") == 1.0
     effect = np.where(cut, size.effect_mm, 0.0)
@@ -53,22 +53,22 @@ def shown(way: Way, errors: SurfaceErrors, series: SeenSeries, size: Size) -> Sh
     at_place = [k for k, label in enumerate(labels) if label[1] == place and cut[k] and effect[k]]
     by_part = {labels[k][3]: float(effect[k]) for k in at_place}
     minutes = float(errors.places.number("minutes")[at_place].max(initial=0.0))
-    return Shown(str(feature), means, by_part, minutes, series.parts[way.step].serial)
+    return CauseEvidence(str(feature), means, by_part, minutes, series.parts[way.step].serial)
 
 
-def support(way: Way, seen: Shown | None, size: Size) -> tuple[str, ...]:
+def support(way: Way, evidence: CauseEvidence | None, size: Size) -> tuple[str, ...]:
     """Why it is probable."""
-    if seen is None:
+    if evidence is None:
         return ()
-    said = [_by_device(seen)] if _agrees(way, seen) else []
-    return (*said, *_course(way, seen, size))
+    said = [_by_device(evidence)] if _agrees(way, evidence) else []
+    return (*said, *_course(way, evidence, size))
 
 
-def against(way: Way, seen: Shown | None, size: Size, series: SeenSeries) -> tuple[str, ...]:
+def against(way: Way, evidence: CauseEvidence | None, size: Size, series: SeenSeries) -> tuple[str, ...]:
     """Returns the contradictions and the unknowns as text."""
-    if seen is None:
+    if evidence is None:
         return ()
-    said: list[str] = [] if _agrees(way, seen) else [_by_device(seen)]
+    said: list[str] = [] if _agrees(way, evidence) else [_by_device(evidence)]
     if way.over is Over.DEPTH and not any(part.depth_of_cut_mm for part in series.parts):
         said.append(wording("The depths of cut are not recorded."))
     if way.over is Over.WEAR and not any(part.minutes_in_cut for part in series.parts):
@@ -109,50 +109,50 @@ _MISSING: Final = {
 }
 
 
-def _agrees(way: Way, seen: Shown) -> bool:
+def _agrees(way: Way, evidence: CauseEvidence) -> bool:
     """Returns whether the device that sees most of it is the expected one."""
-    if len(seen.mean_mm) < 2 or way.over is Over.SCATTER:
+    if len(evidence.mean_mm) < 2 or way.over is Over.SCATTER:
         return True
-    (machine, _), (cmm, _) = seen.mean_mm[SeenBy.MACHINE], seen.mean_mm[SeenBy.CMM]
+    (machine, _), (cmm, _) = evidence.mean_mm[SeenBy.MACHINE], evidence.mean_mm[SeenBy.CMM]
     alike = abs(machine - cmm) < 0.5 * max(abs(machine), abs(cmm))
     if len(way.seen_by) == 2:
         return alike
     return not alike and (abs(cmm) > abs(machine)) == (way.seen_by == (SeenBy.CMM,))
 
 
-def _by_device(seen: Shown) -> Wording:
-    if len(seen.mean_mm) == 2:
-        (machine, parts), (cmm, _) = seen.mean_mm[SeenBy.MACHINE], seen.mean_mm[SeenBy.CMM]
+def _by_device(evidence: CauseEvidence) -> Wording:
+    if len(evidence.mean_mm) == 2:
+        (machine, parts), (cmm, _) = evidence.mean_mm[SeenBy.MACHINE], evidence.mean_mm[SeenBy.CMM]
         return wording(
             "{feature}: the machine's probe finds {machine}, the CMM {cmm}, on average of {parts} parts.",
-            feature=seen.feature, machine=Um(machine), cmm=Um(cmm), parts=parts,
+            feature=evidence.feature, machine=Um(machine), cmm=Um(cmm), parts=parts,
         )  # fmt: skip
-    ((seen_by, (mean, parts)),) = seen.mean_mm.items()
+    ((seen_by, (mean, parts)),) = evidence.mean_mm.items()
     if seen_by is SeenBy.MACHINE:
         return wording(
             "{feature}: the machine's probe finds {mean} on average of {parts} parts; no CMM has measured it.",
-            feature=seen.feature, mean=Um(mean), parts=parts,
+            feature=evidence.feature, mean=Um(mean), parts=parts,
         )  # fmt: skip
     return wording(
         "{feature}: the CMM finds {mean} on average of {parts} parts; the machine has not probed it.",
-        feature=seen.feature, mean=Um(mean), parts=parts,
+        feature=evidence.feature, mean=Um(mean), parts=parts,
     )  # fmt: skip
 
 
-def _course(way: Way, seen: Shown, size: Size) -> list[Wording]:
+def _course(way: Way, evidence: CauseEvidence, size: Size) -> list[Wording]:
     """How it goes over the parts."""
-    low, high = Um(min(seen.by_part_mm.values())), Um(max(seen.by_part_mm.values()))
+    low, high = Um(min(evidence.by_part_mm.values())), Um(max(evidence.by_part_mm.values()))
     u = Um(size.standard_u_mm)
     followed = {
         Over.WEAR: wording("It goes with the minutes in cut, from {low} to {high} in {minutes:.0f} min.",
-                           low=low, high=high, minutes=seen.minutes),
+                           low=low, high=high, minutes=evidence.minutes),
         Over.TEMPERATURE: wording("It goes with {signal}, from {low} to {high}.",
                                   signal=way.signal, low=low, high=high) if way.signal else
                           wording("It changes steadily over the parts, from {low} to {high}.", low=low, high=high),
         Over.DEPTH: wording("It goes with the depth of cut, from {low} to {high}.", low=low, high=high),
         Over.SETTING: wording("It changes where the tool was set anew, from {low} to {high}.", low=low, high=high),
         Over.SCATTER: wording("It is another one on every part, from {low} to {high}.", low=low, high=high),
-        Over.STEP: wording("It begins at part {serial}, {size}.", serial=seen.first_serial, size=Um(size.mm)),
+        Over.STEP: wording("It begins at part {serial}, {size}.", serial=evidence.first_serial, size=Um(size.mm)),
         Over.CONSTANT: wording("It is the same on all parts: {size}, standard uncertainty {u}.", size=Um(size.mm), u=u),
     }  # fmt: skip
     changing = way.over not in (Over.CONSTANT, Over.STEP)

@@ -203,20 +203,20 @@ def fixturing(values_mm: Array, standard_u_mm: float, limit_mm: float | None = N
     )
 
 
-def unstable(what: str, found: Fixturing) -> Finding | None:
+def unstable(what: str, fixturing: Fixturing) -> Finding | None:
     """Returns the finding DIA-UNSTABLE on a fixturing (of the part, of a probe) that does not hold; None: it holds.
 
     The limit is the one given, without one what the device's own repeatability explains.
     """
-    shown = found.found
-    if found.stable or shown is None:
+    shown = fixturing.found
+    if fixturing.stable or shown is None:
         return None
-    limit_mm = shown.explained_mm if found.limit_mm is None else found.limit_mm
+    limit_mm = shown.explained_mm if fixturing.limit_mm is None else fixturing.limit_mm
     message = wording(
         "{what}: {count} repeats at one point show a {shows} of {size}; the limit is {limit}",
         what=what,
-        count=found.count,
-        shows=str(found.shows),
+        count=fixturing.count,
+        shows=str(fixturing.shows),
         size=Um(shown.value_mm),
         limit=Um(limit_mm),
     )
@@ -224,16 +224,16 @@ def unstable(what: str, found: Fixturing) -> Finding | None:
         Severity.ERROR,
         Code.DIA_UNSTABLE,
         message,
-        _hint(found),
+        _hint(fixturing),
         values={"what": what, "size_um": shown.value_mm * UM_PER_MM, "limit_um": limit_mm * UM_PER_MM},
     )
 
 
-def _hint(found: Fixturing) -> str:
-    if found.shows is Instability.WARM_UP and found.settles_after is not None:
-        return wording("wait {count:.0f} readings long until it has settled, and repeat", count=found.settles_after)
-    if found.shows is Instability.STEP:
-        return wording("something moved before reading {at}: fix it anew, and repeat", at=found.step_at + 1)
+def _hint(fixturing: Fixturing) -> str:
+    if fixturing.shows is Instability.WARM_UP and fixturing.settles_after is not None:
+        return wording("wait {count:.0f} readings long until it has settled, and repeat", count=fixturing.settles_after)
+    if fixturing.shows is Instability.STEP:
+        return wording("something moved before reading {at}: fix it anew, and repeat", at=fixturing.step_at + 1)
     return wording("clean, fix it anew by hand, and repeat; nothing else is concluded until it holds")
 
 

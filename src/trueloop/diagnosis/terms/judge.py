@@ -44,18 +44,23 @@ ALIKE_K: Final = 0.5
 """Ranges below which tools, positions and temperatures count as alike."""
 
 
-def check(chain: Chain, seen: Residuals) -> tuple[Finding, ...]:
+def check(chain: Chain, residuals: Residuals) -> tuple[Finding, ...]:
     """Returns what the data lack, as notes with DIA-ALIKE.
 
     Raises MCH-SHAPE for arrays that do not fit, MCH-AXIS for an element of no axis, DIA-SIGNAL for a temperature that
     is missing or not finite, DIA-POINTS for other values that are not finite, DIA-FEW for one part or few points.
     """
-    _check_shapes(chain, seen)
-    for axis in seen.element:
+    _check_shapes(chain, residuals)
+    for axis in residuals.element:
         chain.axis(axis)
-    _check_signals(seen)
-    arrays = (seen.residual_mm[:, None], seen.normal, seen.state.positions, np.atleast_2d(seen.state.tool_mm))
-    finite = np.ones(len(seen.part), bool)
+    _check_signals(residuals)
+    arrays = (
+        residuals.residual_mm[:, None],
+        residuals.normal,
+        residuals.state.positions,
+        np.atleast_2d(residuals.state.tool_mm),
+    )
+    finite = np.ones(len(residuals.part), bool)
     for values in arrays:
         finite &= np.isfinite(values).all(axis=1)
     if not finite.all():
@@ -65,19 +70,19 @@ def check(chain: Chain, seen: Residuals) -> tuple[Finding, ...]:
             hint="leave out points that were not measured",
             values={"feature": ""},
         )
-    parts, points = len(np.unique(seen.part)), len(seen.part)
-    directions = int(np.any(np.abs(seen.normal) > 1e-9, axis=0).sum()) if points else 0
+    parts, points = len(np.unique(residuals.part)), len(residuals.part)
+    directions = int(np.any(np.abs(residuals.normal) > 1e-9, axis=0).sum()) if points else 0
     if parts < PARTS:
         raise _few(parts, PARTS, f"{parts} part of {points} points does not tell an axis error from its set-up")
     needed = parts * directions + UNKNOWNS
     if points < needed:
         raise _few(points, needed, f"{points} points on {parts} parts do not determine set-ups and an error")
-    return (*_equal_temperatures(seen), *_one_tool(seen), *_one_place(chain, seen))
+    return (*_equal_temperatures(residuals), *_one_tool(residuals), *_one_place(chain, residuals))
 
 
-def _check_shapes(chain: Chain, seen: Residuals) -> None:
-    count, state = len(seen.residual_mm), seen.state
-    shapes = (seen.part.shape, seen.normal.shape, state.positions.shape, np.shape(state.tool_mm))
+def _check_shapes(chain: Chain, residuals: Residuals) -> None:
+    count, state = len(residuals.residual_mm), residuals.state
+    shapes = (residuals.part.shape, residuals.normal.shape, state.positions.shape, np.shape(state.tool_mm))
     wanted = ((count,), (count, 3), (count, len(chain.order)))
     signals = [np.shape(values) for values in state.signals.values()]
     if shapes[:3] != wanted or shapes[3] not in ((3,), (count, 3)) or any(s not in ((), (count,)) for s in signals):
@@ -88,14 +93,14 @@ def _check_shapes(chain: Chain, seen: Residuals) -> None:
         )
 
 
-def _check_signals(seen: Residuals) -> None:
-    for signal in sorted({*seen.element.values(), *seen.state.signals}):
-        given = seen.state.signals.get(signal)
-        known = np.isfinite(np.broadcast_to(np.nan if given is None else np.asarray(given), seen.part.shape))
+def _check_signals(residuals: Residuals) -> None:
+    for signal in sorted({*residuals.element.values(), *residuals.state.signals}):
+        given = residuals.state.signals.get(signal)
+        known = np.isfinite(np.broadcast_to(np.nan if given is None else np.asarray(given), residuals.part.shape))
         if not known.all():
-            parts = [int(part) for part in np.unique(seen.part[~known])]
+            parts = [int(part) for part in np.unique(residuals.part[~known])]
             raise Code.DIA_SIGNAL.refusal(
-                f"the signal {signal!r} is not known of {len(parts)} of {len(np.unique(seen.part))} parts",
+                f"the signal {signal!r} is not known of {len(parts)} of {len(np.unique(residuals.part))} parts",
                 hint="leave those parts out, or name another signal as the temperature of that element",
                 values={"signal": signal, "parts": parts},
             )
@@ -109,8 +114,8 @@ def _few(count: int, needed: int, message: str) -> TrueloopError:
     )
 
 
-def _equal_temperatures(seen: Residuals) -> list[Finding]:
-    spans = {signal: _range(seen.state.signals[signal]) for signal in sorted(set(seen.element.values()))}
+def _equal_temperatures(residuals: Residuals) -> list[Finding]:
+    spans = {signal: _range(residuals.state.signals[signal]) for signal in sorted(set(residuals.element.values()))}
     equal = [signal for signal, span in spans.items() if span < ALIKE_K]
     if not equal:
         return []
@@ -122,8 +127,8 @@ def _equal_temperatures(seen: Residuals) -> list[Finding]:
     ]
 
 
-def _one_tool(seen: Residuals) -> list[Finding]:
-    tools = np.atleast_2d(seen.state.tool_mm)
+def _one_tool(residuals: Residuals) -> list[Finding]:
+    tools = np.atleast_2d(residuals.state.tool_mm)
     if float(np.ptp(tools, axis=0).max()) >= ALIKE_MM:
         return []
     return [
@@ -134,8 +139,8 @@ def _one_tool(seen: Residuals) -> list[Finding]:
     ]
 
 
-def _one_place(chain: Chain, seen: Residuals) -> list[Finding]:
-    spans = np.ptp(seen.state.positions, axis=0)
+def _one_place(chain: Chain, residuals: Residuals) -> list[Finding]:
+    spans = np.ptp(residuals.state.positions, axis=0)
     fixed = [name for name, span in zip(chain.order, spans, strict=True) if span < ALIKE_MM and name in "XYZ"]
     if not fixed:
         return []
@@ -198,15 +203,15 @@ class Verdict:
         return tuple(found)
 
 
-def judge(chain: Chain, seen: Residuals, pairs: bool = True, *, turned: bool = False) -> Verdict:
+def judge(chain: Chain, residuals: Residuals, pairs: bool = True, *, turned: bool = False) -> Verdict:
     """Probabilities of what is wrong, and sets of names with what would divide them.
 
     With `pairs` two errors at once are looked for; with `turned` the frame of every part may be turned as well as
     moved. Raises DIA-FEW for one part and for fewer points than unknowns, DIA-SIGNAL for a temperature that is missing,
     MCH-SHAPE and DIA-POINTS for arrays that do not fit or are not finite.
     """
-    notes = check(chain, seen)
-    asked = question(chain, with_order(seen), turned=turned)
+    notes = check(chain, residuals)
+    asked = question(chain, with_order(residuals), turned=turned)
     log = _weights(asked, pairs)
     robust = _robust(asked, next(iter(shares(log))))
     if robust is not None:
@@ -219,41 +224,41 @@ def judge(chain: Chain, seen: Residuals, pairs: bool = True, *, turned: bool = F
     return Verdict(found, _by_error(found), divided, notes, float(np.sqrt(best.noise)) * 1e-3)
 
 
-def _weights(asked: Question, pairs: bool) -> dict[Hypothesis, float]:
+def _weights(question: Question, pairs: bool) -> dict[Hypothesis, float]:
     """Logarithms of prior times likelihood."""
-    products, whole = asked.products(), sum(asked.prior.values())
-    log: dict[Hypothesis, float] = {(): float(log_evidence(asked, products, [()])[0] + np.log(NOTHING_WRONG))}
-    singles: list[Hypothesis] = [(one,) for one in asked.prior]
-    for one, value in zip(singles, log_evidence(asked, products, singles) if singles else (), strict=True):
-        log[one] = float(value + np.log(ONE_WRONG * asked.prior[one[0]] / whole))
+    products, whole = question.products(), sum(question.prior.values())
+    log: dict[Hypothesis, float] = {(): float(log_evidence(question, products, [()])[0] + np.log(NOTHING_WRONG))}
+    singles: list[Hypothesis] = [(one,) for one in question.prior]
+    for one, value in zip(singles, log_evidence(question, products, singles) if singles else (), strict=True):
+        log[one] = float(value + np.log(ONE_WRONG * question.prior[one[0]] / whole))
     if pairs:
         # Variances of set-ups that the likeliest hypotheses do not rule out, and smaller ones: two explain more
         best = sorted((one for one in log if one), key=lambda one: -log[one])[:FIRST]
-        by_setting = np.array([np.logaddexp.reduce(grid, axis=1) for grid in log_grid(asked, products, best)])
+        by_setting = np.array([np.logaddexp.reduce(grid, axis=1) for grid in log_grid(question, products, best)])
         largest = products.variances[np.any(probabilities(by_setting) > UNLIKELY, axis=0)].max(axis=0)
-        log |= _pairs(asked, products.only(np.all(products.variances <= largest, axis=1)), log, whole)
+        log |= _pairs(question, products.only(np.all(products.variances <= largest, axis=1)), log, whole)
     return log
 
 
 def _pairs(
-    asked: Question, products: TakenOut, log: Mapping[Hypothesis, float], whole: float
+    question: Question, products: TakenOut, log: Mapping[Hypothesis, float], whole: float
 ) -> dict[Hypothesis, float]:
     """Of two errors that are not the same, the likelier one among the `FIRST`."""
     ordered = sorted((one for one in log if one), key=lambda one: -log[one])
     two = [(a, b) for k, (a,) in enumerate(ordered[:FIRST]) for (b,) in ordered[k + 1 :] if a.error != b.error]
     if not two:
         return {}
-    found = log_evidence(asked, products, two)
+    found = log_evidence(question, products, two)
     prior = (1 - NOTHING_WRONG - ONE_WRONG) * 2 / whole**2
     return {
-        (a, b): float(value + np.log(prior * asked.prior[a] * asked.prior[b]))
+        (a, b): float(value + np.log(prior * question.prior[a] * question.prior[b]))
         for (a, b), value in zip(two, found, strict=True)
     }
 
 
-def _robust(asked: Question, best: Hypothesis) -> Array | None:
+def _robust(question: Question, best: Hypothesis) -> Array | None:
     """Scatter of each point where some lie far out of the likeliest hypothesis: Student's t as a mixture of normals."""
-    left = posterior(asked, asked.products(), best).left
+    left = posterior(question, question.products(), best).left
     size = 1.4826 * float(np.median(np.abs(left)))
     if size == 0.0 or float(np.abs(left).max()) < FAR * size:
         return None
@@ -261,9 +266,9 @@ def _robust(asked: Question, best: Hypothesis) -> Array | None:
     return np.maximum(scatter, 1.0)
 
 
-def _by_error(found: tuple[tuple[Hypothesis, float], ...]) -> dict[ErrorName, float]:
+def _by_error(ranked_terms: tuple[tuple[Hypothesis, float], ...]) -> dict[ErrorName, float]:
     by_error: dict[Wrong, float] = {}
-    for hypothesis, share in found:
+    for hypothesis, share in ranked_terms:
         for one in hypothesis:
             by_error[one.error] = by_error.get(one.error, 0.0) + share
     ordered = sorted(by_error.items(), key=lambda item: -item[1])
@@ -284,9 +289,9 @@ class Correlation:
     correlation: float
 
 
-def one_after_another(chain: Chain, seen: Residuals) -> tuple[Correlation, ...]:
+def one_after_another(chain: Chain, residuals: Residuals) -> tuple[Correlation, ...]:
     """At most three steps, the largest correlation of each; () where none reaches 0.2."""
-    products, left, found = list(_products(chain, seen)), seen.residual_mm - seen.residual_mm.mean(), []
+    products, left, found = list(_products(chain, residuals)), residuals.residual_mm - residuals.residual_mm.mean(), []
     for _ in range(STEPS):
         best = max(products, key=lambda one: abs(_correlation(left, one[2])), default=None)
         if best is None or abs(_correlation(left, best[2])) < LEAST:
@@ -297,18 +302,18 @@ def one_after_another(chain: Chain, seen: Residuals) -> tuple[Correlation, ...]:
     return tuple(found)
 
 
-def _products(chain: Chain, seen: Residuals) -> Iterator[tuple[str, str, Array]]:
+def _products(chain: Chain, residuals: Residuals) -> Iterator[tuple[str, str, Array]]:
     """Error, signal and product, its mean taken out."""
     for name in chain.errors():
-        signal = seen.element.get(name.axis, "")
-        if signal not in seen.state.signals or (name.axis in chain.order) == name.place:
+        signal = residuals.element.get(name.axis, "")
+        if signal not in residuals.state.signals or (name.axis in chain.order) == name.place:
             continue
-        warm = np.asarray(seen.state.signals[signal], np.float64)
+        warm = np.asarray(residuals.state.signals[signal], np.float64)
         part = Part(CONSTANT, signal, float(warm.mean()))
-        rows = raw(chain, name, (part,), False, seen.state, seen.normal)[:, 0]
+        rows = raw(chain, name, (part,), False, residuals.state, residuals.normal)[:, 0]
         factors = [np.ones(len(rows))]
         if name.axis in chain.order:
-            factors.append(seen.state.positions[:, chain.order.index(name.axis)])
+            factors.append(residuals.state.positions[:, chain.order.index(name.axis)])
         for factor in factors:
             product = rows * factor - float(np.mean(rows * factor))
             if float(np.abs(product).max()) > 0.0:

@@ -164,21 +164,21 @@ class Question:
         return sum(self.place[part].stop - self.place[part].start for one in hypothesis for part in one.parts)
 
 
-def question(chain: Chain, seen: Residuals, *, turned: bool = False) -> Question:
+def question(chain: Chain, residuals: Residuals, *, turned: bool = False) -> Question:
     """Of residuals that have the order of parts as a signal. With `turned` frames of parts may be turned too."""
-    prior = dict(suspects(chain, seen))
-    shapes = {part: columns(chain, part, seen) for part in dict.fromkeys(p for one in prior for p in one.parts)}
+    prior = dict(suspects(chain, residuals))
+    shapes = {part: columns(chain, part, residuals) for part in dict.fromkeys(p for one in prior for p in one.parts)}
     found = {part: shape for part, shape in shapes.items() if shape is not None}
     ends = np.cumsum([0, *(shape.mixing.shape[1] for shape in found.values())])
     place = {part: slice(int(a), int(b)) for part, a, b in zip(found, ends, ends[1:], strict=False)}
-    rows = [shape.rows(chain, seen.state, seen.normal) for shape in found.values()]
-    points = tool_in_work_mm(chain, seen.state.positions, seen.state.tool_mm) if turned else None
+    rows = [shape.rows(chain, residuals.state, residuals.normal) for shape in found.values()]
+    points = tool_in_work_mm(chain, residuals.state.positions, residuals.state.tool_mm) if turned else None
     possible = {one: share for one, share in prior.items() if all(part in found for part in one.parts)}
-    zero = np.zeros((len(seen.part), 1))
-    set_up = set_ups(seen.part, seen.normal, points)
+    zero = np.zeros((len(residuals.part), 1))
+    set_up = set_ups(residuals.part, residuals.normal, points)
     return Question(
         chain=chain,
-        seen=seen,
+        seen=residuals,
         prior=possible,
         columns=found,
         place=place,
@@ -188,19 +188,19 @@ def question(chain: Chain, seen: Residuals, *, turned: bool = False) -> Question
     )
 
 
-def log_evidence(asked: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
+def log_evidence(question: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
     """Logarithms of the marginal likelihood of hypotheses with equally many suspects, (hypotheses,)."""
     parts = [hypotheses[k : k + AT_ONCE] for k in range(0, len(hypotheses), AT_ONCE)]
-    grids = [log_grid(asked, products, part) for part in parts]
+    grids = [log_grid(question, products, part) for part in parts]
     count = products.tried * len(SIZES) ** max(len(hypotheses[0]), 1)
     log = np.concatenate([grid.reshape(len(grid), -1) for grid in grids])
     return np.asarray(np.logaddexp.reduce(log, axis=1) - np.log(count))
 
 
-def log_grid(asked: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
+def log_grid(question: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
     """By hypothesis, variance of set-ups and sizes of suspects, (hypotheses, settings, sizes ** suspects)."""
-    width = max(asked.count(one) for one in hypotheses)
-    pairs = [asked.index(one, width) for one in hypotheses]
+    width = max(question.count(one) for one in hypotheses)
+    pairs = [question.index(one, width) for one in hypotheses]
     index, of = np.array([p[0] for p in pairs], int), np.array([p[1] for p in pairs], int)
     gram = products.gram[:, index[:, :, None], index[:, None, :]].swapaxes(0, 1)[:, :, None]
     right = products.right[:, index].swapaxes(0, 1)[:, :, None]
@@ -226,20 +226,20 @@ class Posterior:
     left: Array
 
 
-def posterior(asked: Question, products: TakenOut, hypothesis: Hypothesis) -> Posterior:
+def posterior(question: Question, products: TakenOut, hypothesis: Hypothesis) -> Posterior:
     """At the likeliest sizes."""
-    grid = log_grid(asked, products, [hypothesis])[0]
+    grid = log_grid(question, products, [hypothesis])[0]
     setting, sizes = np.unravel_index(int(np.argmax(grid)), grid.shape)
-    index, of = asked.index(hypothesis, asked.count(hypothesis))
+    index, of = question.index(hypothesis, question.count(hypothesis))
     own = tried([SIZES] * max(len(hypothesis), 1), np.array(of, int))[int(sizes)]
-    rows = np.hstack([asked.rows[:, index], asked.set_up.rows])
+    rows = np.hstack([question.rows[:, index], question.set_up.rows])
     set_up = products.variances[int(setting)]
-    before = np.array([*own, *set_up[asked.set_up.way]])
-    weighted = rows / asked.scatter[:, None]
+    before = np.array([*own, *set_up[question.set_up.way]])
+    weighted = rows / question.scatter[:, None]
     spread: Array = np.asarray(np.linalg.inv(weighted.T @ weighted + np.diag(1 / before)), np.float64)
-    mean = spread @ weighted.T @ (asked.values / asked.scatter)
-    left = asked.values - rows @ mean
-    noise = (2.0 + float(np.sum((left / asked.scatter) ** 2) + np.sum(mean**2 / before))) / (2.0 + len(left))
+    mean = spread @ weighted.T @ (question.values / question.scatter)
+    left = question.values - rows @ mean
+    noise = (2.0 + float(np.sum((left / question.scatter) ** 2) + np.sum(mean**2 / before))) / (2.0 + len(left))
     k = len(index)
     return Posterior(
         hypothesis=hypothesis,

@@ -121,9 +121,9 @@ def _likeliest(hypotheses: Sequence[tuple[Hypothesis, float]], error: Wrong) -> 
     return max(by_suspect, key=lambda one: by_suspect[one])
 
 
-def with_separators(one: TermSet, separated_by: Sequence[str]) -> TermSet:
+def with_separators(terms: TermSet, separated_by: Sequence[str]) -> TermSet:
     """Returns the set with the measurements that would separate its terms."""
-    return replace(one, separated_by=tuple(separated_by))
+    return replace(terms, separated_by=tuple(separated_by))
 
 
 LONGER_MM: Final = 50.0
@@ -148,70 +148,73 @@ class Imagined:
 
 
 def separators(
-    asked: Question, products: TakenOut, one: TermSet, found: Sequence[tuple[Hypothesis, float]]
+    question: Question, products: TakenOut, terms: TermSet, hypotheses: Sequence[tuple[Hypothesis, float]]
 ) -> tuple[str, ...]:
     """In words, the best first; none for a single name."""
-    if len(one.errors) <= one.at_least:
+    if len(terms.errors) <= terms.at_least:
         return ()
-    telling = [design.words for design in ranked(asked, products, one, found) if design.apart >= TELLS]
+    telling = [design.words for design in ranked(question, products, terms, hypotheses) if design.apart >= TELLS]
     return tuple(telling[:NAMED]) or (wording("the axes themselves measured: no further part would divide these"),)
 
 
 def ranked(
-    asked: Question, products: TakenOut, one: TermSet, found: Sequence[tuple[Hypothesis, float]]
+    question: Question, products: TakenOut, terms: TermSet, hypotheses: Sequence[tuple[Hypothesis, float]]
 ) -> list[Imagined]:
     """Imagined parts by how well they divide the likeliest names of a set that come worst apart."""
-    rivals = [posterior(asked, products, _with(found, one, number)) for number in range(len(one.errors))[:COMPARED]]
-    rows = _one_part(asked, rivals[0])
-    normal = asked.seen.normal[rows]
+    rivals = [
+        posterior(question, products, _with(hypotheses, terms, number))
+        for number in range(len(terms.errors))[:COMPARED]
+    ]
+    rows = _one_part(question, rivals[0])
+    normal = question.seen.normal[rows]
     designs = []
-    for imagined in _designs(asked, rows):
-        at = [_prediction(asked, rival, imagined.state, normal) for rival in rivals]
+    for imagined in _designs(question, rows):
+        at = [_prediction(question, rival, imagined.state, normal) for rival in rivals]
         designs.append(replace(imagined, apart=float(np.mean([_apart(a, b) for a, b in combinations(at, 2)]))))
     return sorted(designs, key=lambda design: -design.apart)
 
 
-def _with(found: Sequence[tuple[Hypothesis, float]], one: TermSet, number: int) -> Hypothesis:
+def _with(hypotheses: Sequence[tuple[Hypothesis, float]], terms: TermSet, number: int) -> Hypothesis:
     """The likeliest hypothesis with one name of the set and no other."""
-    error, others = one.errors[number], set(one.errors) - {one.errors[number]}
-    errors_at_once = max(len(found[0][0]), 1)
-    for hypothesis, _ in found:
+    error, others = terms.errors[number], set(terms.errors) - {terms.errors[number]}
+    errors_at_once = max(len(hypotheses[0][0]), 1)
+    for hypothesis, _ in hypotheses:
         errors = {suspect.error for suspect in hypothesis}
-        if len(errors) == errors_at_once and error in errors and (not errors & others or one.at_least > 1):
+        if len(errors) == errors_at_once and error in errors and (not errors & others or terms.at_least > 1):
             return hypothesis
-    return (one.suspects[number],)
+    return (terms.suspects[number],)
 
 
-def _one_part(asked: Question, likeliest: Posterior) -> Integers:
+def _one_part(question: Question, likeliest: Posterior) -> Integers:
     """Rows of the part on which most is wrong, spread over it: what is imagined is as warm as that one."""
-    index, _ = asked.index(likeliest.hypothesis, asked.count(likeliest.hypothesis))
-    numbers, of = np.unique(asked.seen.part, return_inverse=True)
-    left = np.bincount(of, (asked.rows[:, index] @ likeliest.mean) ** 2)
-    rows = np.flatnonzero(asked.seen.part == numbers[int(np.argmax(left))])
+    index, _ = question.index(likeliest.hypothesis, question.count(likeliest.hypothesis))
+    numbers, of = np.unique(question.seen.part, return_inverse=True)
+    left = np.bincount(of, (question.rows[:, index] @ likeliest.mean) ** 2)
+    rows = np.flatnonzero(question.seen.part == numbers[int(np.argmax(left))])
     chosen: Integers = rows[np.unique(np.linspace(0, len(rows) - 1, min(POINTS, len(rows))).astype(int))]
     return chosen
 
 
-def _designs(asked: Question, rows: Integers) -> Iterator[Imagined]:
+def _designs(question: Question, rows: Integers) -> Iterator[Imagined]:
     """Parts that differ from those measured in one thing."""
-    state, count = asked.seen.state, len(rows)
-    signals = {name: np.broadcast_to(values, asked.seen.part.shape)[rows] for name, values in state.signals.items()}
+    state, count = question.seen.state, len(rows)
+    signals = {name: np.broadcast_to(values, question.seen.part.shape)[rows] for name, values in state.signals.items()}
     mean = {name: np.full(count, np.mean(np.asarray(values))) for name, values in state.signals.items()}
-    tool = np.broadcast_to(state.tool_mm, (len(asked.seen.part), 3))[rows]
+    tool = np.broadcast_to(state.tool_mm, (len(question.seen.part), 3))[rows]
     here = State(state.positions[rows], _of(state.travel, rows), signals, tool)
-    for name in (axis for axis in asked.chain.order if axis in "XYZ"):
+    for name in (axis for axis in question.chain.order if axis in "XYZ"):
         moved = LONGER_MM * np.eye(3)["XYZ".index(name)]
         # the same part: a longer tool, the axis back by as much
         yield Imagined(
             wording("a tool or stylus longer or shorter by {mm:g} mm along {axis}", mm=LONGER_MM, axis=name),
-            replace(here, tool_mm=tool + moved, positions=_shifted(asked, here.positions, name, -LONGER_MM)),
+            replace(here, tool_mm=tool + moved, positions=_shifted(question, here.positions, name, -LONGER_MM)),
         )
-    for name in (axis for axis in asked.chain.order if axis in "XYZ"):
+    for name in (axis for axis in question.chain.order if axis in "XYZ"):
         yield Imagined(
             wording("a part at positions of {axis} further on by {mm:g} mm", mm=FURTHER_MM, axis=name),
-            replace(here, positions=_shifted(asked, here.positions, name, FURTHER_MM)),
+            replace(here, positions=_shifted(question, here.positions, name, FURTHER_MM)),
         )
-    for signal in sorted(set(asked.seen.element.values())):
+    for signal in sorted(set(question.seen.element.values())):
         yield Imagined(
             wording("a part probed with {signal} alone warmer or colder by {k:g} K", signal=signal, k=WARMER_K),
             replace(here, signals={**mean, signal: mean[signal] + WARMER_K}),
@@ -222,25 +225,25 @@ def _of(travel: Array | float, rows: Integers) -> Array | float:
     return travel if np.ndim(travel) == 0 else np.asarray(travel)[rows]
 
 
-def _shifted(asked: Question, positions: Array, axis: str, by_mm: float) -> Array:
+def _shifted(question: Question, positions: Array, axis: str, by_mm: float) -> Array:
     moved = positions.copy()
-    if axis in asked.chain.order:
-        moved[:, asked.chain.order.index(axis)] += by_mm
+    if axis in question.chain.order:
+        moved[:, question.chain.order.index(axis)] += by_mm
     return moved
 
 
-def _prediction(asked: Question, rival: Posterior, state: State, normal: Array) -> tuple[Array, Array]:
+def _prediction(question: Question, rival: Posterior, state: State, normal: Array) -> tuple[Array, Array]:
     """Mean (n,) and covariance (n, n) of the residuals of one more part, units of the noise to begin with."""
-    shapes = [asked.columns[part] for one in rival.hypothesis for part in one.parts]
-    rows = np.hstack([shape.rows(asked.chain, state, normal) for shape in shapes])
+    shapes = [question.columns[part] for one in rival.hypothesis for part in one.parts]
+    rows = np.hstack([shape.rows(question.chain, state, normal) for shape in shapes])
     own = set_ups(np.zeros(len(normal), int), normal)
     spread = rival.noise * np.eye(len(rows)) + (own.rows * rival.setting[own.way]) @ own.rows.T
     return rows @ rival.mean, spread + rows @ rival.covariance @ rows.T
 
 
-def _apart(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+def _apart(pair: tuple[Array, Array], other: tuple[Array, Array]) -> float:
     """Mean of both Kullback–Leibler divergences of two normal distributions."""
-    (a, cov_a), (b, cov_b) = one, other
+    (a, cov_a), (b, cov_b) = pair, other
     between = a - b
     total = np.trace(np.linalg.solve(cov_a, cov_b)) + np.trace(np.linalg.solve(cov_b, cov_a)) - 2 * len(a)
     total += between @ np.linalg.solve(cov_a, between) + between @ np.linalg.solve(cov_b, between)

@@ -93,21 +93,21 @@ class Suspect:
         return (*alone, Suspect(self.error, self.follows, False, min(self.degree, LINE))) if self.follows else alone
 
 
-def suspects(chain: Chain, seen: Residuals) -> Iterator[tuple[Suspect, float]]:
+def suspects(chain: Chain, residuals: Residuals) -> Iterator[tuple[Suspect, float]]:
     """All of them with their share of the prior; each error has 1, the nominal size along each direction less."""
     for name in chain.errors():
         linear = name.axis in chain.order
         if linear != name.place:
-            yield from _of(name, seen.element.get(name.axis, ""), seen, linear)
+            yield from _of(name, residuals.element.get(name.axis, ""), residuals, linear)
     for number in range(3):
         yield Suspect(NominalSize(number), "", True), OTHER / 2
         yield Suspect(NominalSize(number), ORDER), OTHER / 2
 
 
-def _of(name: ErrorName, own: str, seen: Residuals, linear: bool) -> Iterator[tuple[Suspect, float]]:
+def _of(name: ErrorName, own: str, residuals: Residuals, linear: bool) -> Iterator[tuple[Suspect, float]]:
     """Of one axis error; a place has no travel."""
     shapes = tuple(enumerate(DEGREES)) if linear else ((0, 1.0),)
-    others = [*sorted(set(seen.state.signals) - {own, ORDER}), ORDER, *([TRAVEL] if linear else [])]
+    others = [*sorted(set(residuals.state.signals) - {own, ORDER}), ORDER, *([TRAVEL] if linear else [])]
     for degree, shape in shapes:
         yield Suspect(name, "", True, degree), STEADY * shape
     for signal in [*([own] if own else []), *others]:
@@ -139,17 +139,17 @@ class Columns:
         return found
 
 
-def columns(chain: Chain, suspect: Suspect, seen: Residuals) -> Columns | None:
+def columns(chain: Chain, suspect: Suspect, residuals: Residuals) -> Columns | None:
     """Of a suspect that is steady or follows something, not both; None where it would leave nothing that differs."""
-    parts, both_ways = _functions(chain, suspect, seen), suspect.follows == TRAVEL
+    parts, both_ways = _functions(chain, suspect, residuals), suspect.follows == TRAVEL
     if not parts:
         return None
     first = np.array([[1.0], [-1.0]]) if both_ways else None
-    rows = raw(chain, suspect.error, parts, both_ways, seen.state, seen.normal)
+    rows = raw(chain, suspect.error, parts, both_ways, residuals.state, residuals.normal)
     mixed = rows if first is None else rows @ first
     _, strength, directions = np.linalg.svd(mixed, full_matrices=False)
     # Below 1e-9 of this a column is rounding: 1 mm for displacements, the arms' size for rotations
-    reach = np.abs(tool_in_work_mm(chain, seen.state.positions, seen.state.tool_mm)).max()
+    reach = np.abs(tool_in_work_mm(chain, residuals.state.positions, residuals.state.tool_mm)).max()
     displacement = not isinstance(suspect.error, NominalSize) and not suspect.error.is_rotation
     scale = 1.0 if displacement else float(max(reach, 1.0))
     kept = strength > np.maximum(ALIKE * strength[0], 1e-9 * scale * np.sqrt(len(rows)))
@@ -171,38 +171,43 @@ def raw(chain: Chain, error: Wrong, parts: tuple[Part, ...], both_ways: bool, st
     return found
 
 
-def with_order(seen: Residuals) -> Residuals:
+def with_order(residuals: Residuals) -> Residuals:
     """With the order of the parts as a signal, counted from 0."""
-    order = np.unique(seen.part, return_inverse=True)[1].astype(np.float64)
-    state = State(seen.state.positions, seen.state.travel, {**seen.state.signals, ORDER: order}, seen.state.tool_mm)
-    return Residuals(seen.part, seen.normal, state, seen.residual_mm, seen.element)
+    order = np.unique(residuals.part, return_inverse=True)[1].astype(np.float64)
+    state = State(
+        residuals.state.positions,
+        residuals.state.travel,
+        {**residuals.state.signals, ORDER: order},
+        residuals.state.tool_mm,
+    )
+    return Residuals(residuals.part, residuals.normal, state, residuals.residual_mm, residuals.element)
 
 
-def _functions(chain: Chain, suspect: Suspect, seen: Residuals) -> tuple[Part, ...]:
+def _functions(chain: Chain, suspect: Suspect, residuals: Residuals) -> tuple[Part, ...]:
     """Functions of position and signal; none of a signal or a travel that does not change."""
-    if suspect.follows == TRAVEL and float(np.ptp(_travel(chain, suspect, seen))) == 0.0:
+    if suspect.follows == TRAVEL and float(np.ptp(_travel(chain, suspect, residuals))) == 0.0:
         return ()
     if suspect.follows == TRAVEL:
         return (Part(CONSTANT),)
     if not suspect.follows:
-        return (Part(_basis(chain, suspect, seen)),)
-    values = np.asarray(seen.state.signals[suspect.follows], np.float64)
+        return (Part(_basis(chain, suspect, residuals)),)
+    values = np.asarray(residuals.state.signals[suspect.follows], np.float64)
     if float(np.ptp(values)) == 0.0:
         return ()
-    return (Part(_basis(chain, suspect, seen), suspect.follows, float(values.mean())),)
+    return (Part(_basis(chain, suspect, residuals), suspect.follows, float(values.mean())),)
 
 
-def _basis(chain: Chain, suspect: Suspect, seen: Residuals) -> PositionBasis:
+def _basis(chain: Chain, suspect: Suspect, residuals: Residuals) -> PositionBasis:
     if isinstance(suspect.error, NominalSize) or not suspect.degree:
         return CONSTANT
-    at = seen.state.positions[:, chain.order.index(suspect.error.axis)]
+    at = residuals.state.positions[:, chain.order.index(suspect.error.axis)]
     low, high = float(at.min()), float(at.max())
     margin = max(BEYOND_MM, high - low)
     return PositionBasis((low - margin, high + margin), suspect.degree)
 
 
-def _travel(chain: Chain, suspect: Suspect, seen: Residuals) -> Array:
+def _travel(chain: Chain, suspect: Suspect, residuals: Residuals) -> Array:
     """Of the axis that errs."""
     assert not isinstance(suspect.error, NominalSize)
-    ways: Array = np.broadcast_to(np.asarray(seen.state.travel, np.float64), seen.state.positions.shape)
+    ways: Array = np.broadcast_to(np.asarray(residuals.state.travel, np.float64), residuals.state.positions.shape)
     return ways[:, chain.order.index(suspect.error.axis)]

@@ -156,8 +156,8 @@ def _require_next(part: PartNow, step: StepNow, kinds: tuple[BlockKind, ...]) ->
         )
 
 
-def _changed(order: OrderNow, part: PartNow, what: str, said: dict[str, str]) -> Changes:
-    return Changes((order.with_part(part),), events=(Event(what, f"part:{part.row}", said),))
+def _changed(order: OrderNow, part: PartNow, what: str, values: dict[str, str]) -> Changes:
+    return Changes((order.with_part(part),), events=(Event(what, f"part:{part.row}", values),))
 
 
 def _state(part: PartNow, why: str, hint: str) -> TrueloopError:

@@ -125,10 +125,10 @@ def set_tool(facts: Edge | None, request: ask.SetTool, by: By, now: datetime) ->
     return Changes(keep=(event,), events=(Event("set", f"edge:{'/'.join(request.edge)}", said),))
 
 
-def stale(expected: str, found: str) -> TrueloopError:
+def stale(expected: str, version: str) -> TrueloopError:
     """Returns the error FAC-STALE."""
     return Code.FAC_STALE.refusal(
-        f"it was {expected!r} when it was read and is {found!r} now",
+        f"it was {expected!r} when it was read and is {version!r} now",
         hint="read it again, and decide on what it is now",
-        values={"expected": expected, "found": found},
+        values={"expected": expected, "found": version},
     )

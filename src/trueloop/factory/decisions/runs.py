@@ -77,7 +77,7 @@ _MOVED: Final = (FactKind.STARTED, FactKind.ENDED, FactKind.UNKNOWN)
 
 
 @dataclass(frozen=True)
-class RunKnown:
+class KnownRun:
     """A run with what is known of it already. `row`: its part's number in the store; `touches`: hashes of files."""
 
     run: Run
@@ -90,7 +90,7 @@ class RunKnown:
 class RunsFacts:
     """Runs by key, and their orders by id."""
 
-    runs: Mapping[str, RunKnown]
+    runs: Mapping[str, KnownRun]
     orders: Mapping[str, OrderNow]
 
 
@@ -151,7 +151,7 @@ def record_temperatures(facts: frozenset[str], request: RecordTemperatures, by: 
     return Changes(rows=tuple(rows))
 
 
-def _known(facts: RunsFacts, key: str, by: By) -> RunKnown:
+def _known(facts: RunsFacts, key: str, by: By) -> KnownRun:
     known = facts.runs.get(key)
     if known is None:
         raise unknown("run", key, "it was never offered")
@@ -159,30 +159,30 @@ def _known(facts: RunsFacts, key: str, by: By) -> RunKnown:
     return known
 
 
-def _after(order: OrderNow, known: RunKnown, new: list[RunFact]) -> Changes:
+def _after(order: OrderNow, known_run: KnownRun, new: list[RunFact]) -> Changes:
     """Derives the state of step and part from all facts of a run."""
-    part, run = order.part(known.row), known.run
+    part, run = order.part(known_run.row), known_run.run
     step = part.steps[run.step]
     if part.rejected or (step.run == run.key and step.state is StepState.RECORDED):
         return Changes((order,))
     if step.run != run.key:
-        return _contradicted(order, part, known, new)
-    state = state_of(step.kind, run, known.facts, bool(known.touches))
-    if state is step.state and not read_back_otherwise(run, known.facts):
+        return _contradicted(order, part, known_run, new)
+    state = state_of(step.kind, run, known_run.facts, bool(known_run.touches))
+    if state is step.state and not read_back_otherwise(run, known_run.facts):
         return Changes((order,))
     after = part.with_step(replace(step, state=state))
     if part.state is not PartState.HELD or (state is StepState.RECORDED and part.held_why.startswith(Code.FAC_CUT)):
         after = after.freed()
-    after = _held(after, replace(step, state=state), known)
+    after = _held(after, replace(step, state=state), known_run)
     events = [Event(str(state), f"part:{part.row}", {"run": run.key, "step": str(step.no)})]
     if after.state is PartState.HELD and part.state is not PartState.HELD:
         events.append(Event("held", f"part:{part.row}", {"why": after.held_why, "run": run.key}))
     return Changes((_left(order.with_part(after), after, step),), events=tuple(events), tasks=tasks_of(order, after))
 
 
-def _held(part: PartNow, step: StepNow, known: RunKnown) -> PartNow:
-    run, serial = known.run, part.value.serial
-    if (other := read_back_otherwise(run, known.facts)) is not None:
+def _held(part: PartNow, step: StepNow, known_run: KnownRun) -> PartNow:
+    run, serial = known_run.run, part.value.serial
+    if (other := read_back_otherwise(run, known_run.facts)) is not None:
         return part.held(
             Code.FAC_READBACK, f"for part {serial!r} {run.sent_sha256[:16]!r} was sent, and {other[:16]!r} read back"
         )
@@ -191,17 +191,17 @@ def _held(part: PartNow, step: StepNow, known: RunKnown) -> PartNow:
     if step.state is StepState.FAILED and step.attempts >= MOST_ATTEMPTS:
         return part.held(Code.FAC_HELD, f"step {step.no} ({step.kind}) of part {serial!r} failed {step.attempts} times")
     ended = step.state in (StepState.ENDED, StepState.RECORDED)
-    if ended and step.kind is BlockKind.FINISH and not verified(run, known.facts):
+    if ended and step.kind is BlockKind.FINISH and not verified(run, known_run.facts):
         return part.held(Code.FAC_READBACK, f"part {serial!r} was finished by a program that nobody read back")
     return part
 
 
-def _contradicted(order: OrderNow, part: PartNow, known: RunKnown, new: list[RunFact]) -> Changes:
+def _contradicted(order: OrderNow, part: PartNow, run: KnownRun, new: list[RunFact]) -> Changes:
     """An earlier attempt, which a person took for not made, turns out to have moved: nobody knows what was cut."""
     moved = [one for one in new if one.what in _MOVED]
     if not moved:
         return Changes((order,))
-    why = f"run {known.run.key}, decided as not made, reports {moved[0].what} at {moved[0].at.isoformat()}"
+    why = f"run {run.run.key}, decided as not made, reports {moved[0].what} at {moved[0].at.isoformat()}"
     after = part.held(Code.FAC_HELD, why)
     return Changes((order.with_part(after),), events=(Event("held", f"part:{part.row}", {"why": why}),))
 

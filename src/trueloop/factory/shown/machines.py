@@ -11,7 +11,7 @@ from trueloop.domain.factory import BlockKind, StepState
 from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.tool import Edge, Setting
 from trueloop.factory.known import unknown
-from trueloop.factory.load import Known, machine_names
+from trueloop.factory.load import StoreReader, machine_names
 from trueloop.factory.roles import By, require_machine
 from trueloop.factory.shown.records import known_of, time, transfer_view
 from trueloop.factory.views.orders import MachineNow
@@ -34,10 +34,10 @@ _OPEN: Final = tuple(
 )
 
 
-def heard(store: Store, machine: str, said: Mapping[str, Any], by: By, now: datetime) -> None:
+def heard(store: Store, machine: str, report: Mapping[str, Any], by: By, now: datetime) -> None:
     """Records a cell's report of every two seconds: the latest counts, it decides nothing. Raises FAC-MACHINE."""
     require_machine(by, machine)
-    row = {"at": stamp(now), "document": json.dumps(dict(said))}
+    row = {"at": stamp(now), "document": json.dumps(dict(report))}
     with store.writing() as connection:
         done = connection.execute(update(MACHINE_HEARD).where(MACHINE_HEARD.c.machine == machine).values(**row))
         if not done.rowcount:
@@ -50,20 +50,20 @@ def machines_now(store: Store, now: datetime) -> tuple[MachineNow, ...]:
         return all_machines(known, now)
 
 
-def all_machines(known: Known, now: datetime) -> tuple[MachineNow, ...]:
+def all_machines(reader: StoreReader, now: datetime) -> tuple[MachineNow, ...]:
     """Returns all machines, within a transaction."""
-    said = {one.machine: one for one in known.rows(select(MACHINE_HEARD))}
-    doing = _doing(known)
-    return tuple(_now(name, said.get(name), doing.get(name), now) for name in sorted(machine_names(known)))
+    said = {one.machine: one for one in reader.rows(select(MACHINE_HEARD))}
+    doing = _doing(reader)
+    return tuple(_now(name, said.get(name), doing.get(name), now) for name in sorted(machine_names(reader)))
 
 
-def part_on(known: Known, machine: str) -> int | None:
+def part_on(reader: StoreReader, machine: str) -> int | None:
     """Returns the row of the part that a machine is at; None: none that an order made."""
-    found = _doing(known).get(machine)
+    found = _doing(reader).get(machine)
     return None if found is None else int(found.part)
 
 
-def _doing(known: Known) -> Mapping[str, Any]:
+def _doing(reader: StoreReader) -> Mapping[str, Any]:
     """The step that each machine is at."""
     run, part = TABLES["run"], TABLES["part"]
     query = (
@@ -73,7 +73,7 @@ def _doing(known: Known) -> Mapping[str, Any]:
         .where(STEP.c.state.in_(_OPEN))
         .order_by(STEP.c.changed_at)
     )
-    return {row.machine: row for row in known.rows(query)}
+    return {row.machine: row for row in reader.rows(query)}
 
 
 def _now(name: str, row: Any, doing: Any, now: datetime) -> MachineNow:
@@ -127,42 +127,42 @@ def require_known(store: Store, name: str, now: datetime) -> None:
         _wanted(known, name, now)
 
 
-def _wanted(known: Known, name: str, now: datetime) -> MachineNow:
-    found = next((one for one in all_machines(known, now) if one.name == name), None)
+def _wanted(reader: StoreReader, name: str, now: datetime) -> MachineNow:
+    found = next((one for one in all_machines(reader, now) if one.name == name), None)
     if found is None:
         raise unknown("machine", name, "no order, cell, key or inspection has named it")
     return found
 
 
-def _model(known: Known, name: str) -> str:
+def _model(reader: StoreReader, name: str) -> str:
     """The hash of the machine model that was accepted last; empty: none was."""
-    versions = [one.sha256 for one in known.values(ModelVersion, machine=name)]
-    accepted = [one for one in known.values(ModelDecision, verdict="accepted") if one.model in versions]
+    versions = [one.sha256 for one in reader.values(ModelVersion, machine=name)]
+    accepted = [one for one in reader.values(ModelDecision, verdict="accepted") if one.model in versions]
     return max(accepted, key=lambda one: one.at).model if accepted else ""
 
 
-def _latest(known: Known, table: Any, of_machine: Any) -> list[Any]:
-    return known.rows(select(table).where(of_machine).order_by(table.c.id.desc()).limit(LATEST))
+def _latest(reader: StoreReader, table: Any, of_machine: Any) -> list[Any]:
+    return reader.rows(select(table).where(of_machine).order_by(table.c.id.desc()).limit(LATEST))
 
 
 def _calibration(row: Any) -> CalibrationView:
     return CalibrationView(time(row.at), row.who, json.loads(row.document))
 
 
-def _temperatures(known: Known, name: str, now: datetime) -> Iterator[TemperatureView]:
+def _temperatures(reader: StoreReader, name: str, now: datetime) -> Iterator[TemperatureView]:
     """By sensor: of the latest hours, or its last value where that is older."""
-    for signal in _signals(known, name):
+    for signal in _signals(reader, name):
         of_signal = (TEMPERATURE.c.machine == name) & (TEMPERATURE.c.signal == signal)
-        rows = known.rows(_last_of_minutes(of_signal & (TEMPERATURE.c.at >= stamp(now - HOURS))))
-        rows = rows or known.rows(select(TEMPERATURE).where(of_signal).order_by(TEMPERATURE.c.at.desc()).limit(1))
+        rows = reader.rows(_last_of_minutes(of_signal & (TEMPERATURE.c.at >= stamp(now - HOURS))))
+        rows = rows or reader.rows(select(TEMPERATURE).where(of_signal).order_by(TEMPERATURE.c.at.desc()).limit(1))
         at = tuple(time(row.at) for row in rows)
         yield TemperatureView(signal, at, tuple(row.celsius for row in rows), now - at[-1] > COLD)
 
 
-def _signals(known: Known, name: str) -> Iterator[str]:
+def _signals(reader: StoreReader, name: str) -> Iterator[str]:
     """Each by a look into the index: a machine may have millions of temperatures, and a handful of sensors."""
     signal, first = "", select(func.min(TEMPERATURE.c.signal)).where(TEMPERATURE.c.machine == name)
-    while (found := known.connection.scalar(first.where(TEMPERATURE.c.signal > signal))) is not None:
+    while (found := reader.connection.scalar(first.where(TEMPERATURE.c.signal > signal))) is not None:
         yield (signal := found)
 
 
@@ -200,8 +200,8 @@ def tool_rows(store: Store) -> tuple[ToolRow, ...]:
     return tuple(rows)
 
 
-def _settings(known: Known) -> dict[str, Setting]:
+def _settings(reader: StoreReader) -> dict[str, Setting]:
     """The latest of each edge."""
-    every: list[Setting] = known.values(Setting)
+    every: list[Setting] = reader.values(Setting)
     dated = sorted((one for one in every if one.set_at is not None), key=lambda one: str(one.set_at))
     return {searchable(joined(one.edge.identity)) or "": one for one in dated}

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 from sqlalchemy import JSON, cast, func, literal_column, or_, select, type_coerce
 
 from trueloop.domain.factory import BlockKind, PartState, StepState
-from trueloop.factory.load import Known, order_of
+from trueloop.factory.load import StoreReader, order_of
 from trueloop.factory.roles import Role
 from trueloop.factory.shown.machines import all_machines
 from trueloop.factory.shown.parts import cpk_of_today
@@ -70,23 +70,23 @@ def order_view(store: Store, order_id: str) -> OrderView:
     )
 
 
-def _orders(known: Known, ids: Sequence[str]) -> Mapping[str, _Head]:
+def _orders(reader: StoreReader, ids: Sequence[str]) -> Mapping[str, _Head]:
     """Returns the heads of listed orders, which the database reads from their documents of hundreds of parts."""
     table = TABLES["work_order"]
     within = (
-        cast if known.connection.dialect.name == "postgresql" else type_coerce
+        cast if reader.connection.dialect.name == "postgresql" else type_coerce
     )  # a cast makes it a number in SQLite
     said = within(table.c.document, JSON)
     paths = (("id",), ("part_type", "name"), ("machine", "name"), ("made_at", "value"), ("made_by",))
     wanted = table.c.identity.in_([searchable(joined((one,))) for one in ids])
-    rows = known.rows(select(*(said[path].as_string() for path in paths)).where(wanted))
+    rows = reader.rows(select(*(said[path].as_string() for path in paths)).where(wanted))
     return {order: _Head(order, part_type, machine, time(at), by) for order, part_type, machine, at, by in rows}
 
 
-def _counts(known: Known, ids: Sequence[str]) -> Mapping[tuple[str, str], int]:
+def _counts(reader: StoreReader, ids: Sequence[str]) -> Mapping[tuple[str, str], int]:
     """Parts by order and state."""
     query = select(PART_STATE.c.order, PART_STATE.c.state, func.count()).where(PART_STATE.c.order.in_(ids))
-    rows: list[Any] = known.rows(query.group_by(PART_STATE.c.order, PART_STATE.c.state))
+    rows: list[Any] = reader.rows(query.group_by(PART_STATE.c.order, PART_STATE.c.state))
     return {(order, state): count for order, state, count in rows}
 
 
@@ -126,16 +126,16 @@ def today(store: Store, now: datetime) -> Today:
         return Today(now, waiting, all_machines(known, now), _made(known, began))
 
 
-def _held(known: Known) -> Iterator[Waiting]:
+def _held(reader: StoreReader) -> Iterator[Waiting]:
     part = TABLES["part"]
     query = select(PART_STATE, part.c.serial).join(part, part.c.id == PART_STATE.c.part)
     held = query.where(PART_STATE.c.state == PartState.HELD.value).order_by(PART_STATE.c.part).limit(MOST)
-    for row in known.rows(held):
+    for row in reader.rows(held):
         said = (row.machine, row.serial, row.held_why, time(row.changed_at))
         yield Waiting("decide", "part", str(row.part), *said, Role.OPERATOR.value)
 
 
-def _by_hand(known: Known) -> Iterator[Waiting]:
+def _by_hand(reader: StoreReader) -> Iterator[Waiting]:
     """Steps without a program that are a part's next."""
     before, part = STEP.alias("before"), TABLES["part"]
     open_before = select(before.c.no).where(
@@ -150,7 +150,7 @@ def _by_hand(known: Known) -> Iterator[Waiting]:
         .where(PART_STATE.c.state.in_([*FINISHED, PartState.CORRECTED.value, PartState.PROBED.value]))
         .where(PART_STATE.c.state != PartState.RELEASED.value, ~open_before.exists())
     )
-    for row in known.rows(query.order_by(STEP.c.part).limit(MOST)):
+    for row in reader.rows(query.order_by(STEP.c.part).limit(MOST)):
         action, role = _BY_HAND[row.kind]
         yield Waiting(
             action=action,
@@ -164,7 +164,7 @@ def _by_hand(known: Known) -> Iterator[Waiting]:
         )
 
 
-def _to_start(known: Known) -> Iterator[Waiting]:
+def _to_start(reader: StoreReader) -> Iterator[Waiting]:
     part = TABLES["part"]
     query = (
         select(STEP, PART_STATE.c.machine, part.c.serial)
@@ -172,13 +172,13 @@ def _to_start(known: Known) -> Iterator[Waiting]:
         .join(part, part.c.id == STEP.c.part)
         .where(STEP.c.state == StepState.VERIFIED.value, PART_STATE.c.state != PartState.HELD.value)
     )
-    for row in known.rows(query.order_by(STEP.c.part).limit(MOST)):
+    for row in reader.rows(query.order_by(STEP.c.part).limit(MOST)):
         said = (row.machine, row.serial, f"{row.kind}: press Cycle Start", time(row.changed_at))
         yield Waiting("start", "order", row.order, *said, Role.OPERATOR.value)
 
 
-def _proposed(known: Known) -> Iterator[Waiting]:
-    for one, state, _ in states_of(known):
+def _proposed(reader: StoreReader) -> Iterator[Waiting]:
+    for one, state, _ in states_of(reader):
         if state == "open":
             said = f"{one.changes.value}: {', '.join(one.characteristics)}"
             yield Waiting(
@@ -193,26 +193,26 @@ def _proposed(known: Known) -> Iterator[Waiting]:
             )
 
 
-def _alarms(known: Known) -> Iterator[Waiting]:
-    for row in known.rows(alarms(open_only=True).order_by(ALARM.c.id).limit(MOST)):
+def _alarms(reader: StoreReader) -> Iterator[Waiting]:
+    for row in reader.rows(alarms(open_only=True).order_by(ALARM.c.id).limit(MOST)):
         said = (row.machine, row.part_type, row.said, time(row.at))
         yield Waiting("acknowledge", "alarm", str(row.id), *said, Role.OPERATOR.value)
 
 
-def _made(known: Known, began: str) -> Made:
+def _made(reader: StoreReader, began: str) -> Made:
     query = select(_STATE, func.count()).where(PART_STATE.c.changed_at >= began).group_by(_STATE)
-    counts: dict[str, int] = dict(known.rows(query))
+    counts: dict[str, int] = dict(reader.rows(query))
     held = select(func.count()).where(PART_STATE.c.state == PartState.HELD.value)
     return Made(
         sum(counts.get(one, 0) for one in FINISHED),
-        _in_tolerance(known, began),
-        known.connection.scalar(held) or 0,
+        _in_tolerance(reader, began),
+        reader.connection.scalar(held) or 0,
         counts.get(PartState.REJECTED.value, 0),
-        cpk_of_today(known, FINISHED, began),
+        cpk_of_today(reader, FINISHED, began),
     )
 
 
-def _in_tolerance(known: Known, began: str) -> int:
+def _in_tolerance(reader: StoreReader, began: str) -> int:
     """Parts made today that were measured, and of whose readings none is outside its limits."""
     part, inspection, reading = TABLES["part"], TABLES["inspection"], ROWS["reading"]
     inspected = (inspection.c.serial == part.c.serial) & (inspection.c.part_type == part.c.part_type)
@@ -224,4 +224,4 @@ def _in_tolerance(known: Known, began: str) -> int:
     )
     outside = measured.where(or_(reading.c.actual < reading.c.lower_limit, reading.c.actual > reading.c.upper_limit))
     made = select(func.count()).where(PART_STATE.c.changed_at >= began, _STATE.in_(FINISHED))
-    return known.connection.scalar(made.where(measured.exists(), ~outside.exists())) or 0
+    return reader.connection.scalar(made.where(measured.exists(), ~outside.exists())) or 0

@@ -16,7 +16,7 @@ from trueloop.domain.part import Part
 from trueloop.domain.record import Product, Record
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.known import unknown
-from trueloop.factory.load import Known, step_now
+from trueloop.factory.load import StoreReader, step_now
 from trueloop.factory.shown.records import LIMIT, before, certificate_rows_of, event_view, known_of, page_of, time
 from trueloop.factory.views.orders import Cpk, Page
 from trueloop.factory.views.parts import (
@@ -77,18 +77,18 @@ def part_rows(
         return page_of(rows, limit, lambda row: int(row.id), lambda row: row_of(known, row))
 
 
-def part_of(known: Known, number: int) -> tuple[PartRow, Part]:
+def part_of(reader: StoreReader, number: int) -> tuple[PartRow, Part]:
     """Returns one part, and its value. Raises FAC-UNKNOWN."""
-    row = known.connection.execute(_ONE, {"number": number}).one_or_none()
+    row = reader.connection.execute(_ONE, {"number": number}).one_or_none()
     if row is None:
         raise unknown("part", str(number), "the store has no such row")
-    part = known.codec.from_json(row.document, Part)
+    part = reader.codec.from_json(row.document, Part)
     return _row(part, row), part
 
 
-def row_of(known: Known, row: Any) -> PartRow:
+def row_of(reader: StoreReader, row: Any) -> PartRow:
     """Makes a part from its row, with what its order has made of it."""
-    return _row(known.codec.from_json(row.document, Part), row)
+    return _row(reader.codec.from_json(row.document, Part), row)
 
 
 def _row(part: Part, row: Any) -> PartRow:
@@ -141,17 +141,17 @@ def part_life(store: Store, number: int) -> PartLife:
     )
 
 
-def events_of(known: Known, subject: str) -> Iterator[EventView]:
+def events_of(reader: StoreReader, subject: str) -> Iterator[EventView]:
     """Yields the latest events of a subject, oldest first."""
-    yield from (event_view(one) for one in reversed(known.rows(_EVENTS, subject=subject)))
+    yield from (event_view(one) for one in reversed(reader.rows(_EVENTS, subject=subject)))
 
 
-def _steps(known: Known, number: int) -> Iterator[StepView]:
-    steps = [step_now(one) for one in known.rows(_STEPS, part=number)]
+def _steps(reader: StoreReader, number: int) -> Iterator[StepView]:
+    steps = [step_now(one) for one in reader.rows(_STEPS, part=number)]
     keys = [one.run for one in steps if one.run]
-    runs = {one.key: one for one in _values(known, Run, [joined((key,)) for key in keys])}
+    runs = {one.key: one for one in _values(reader, Run, [joined((key,)) for key in keys])}
     facts: dict[str, list[RunFact]] = {}
-    for one in _values(known, RunFact, keys):
+    for one in _values(reader, RunFact, keys):
         facts.setdefault(one.run, []).append(one)
     for step in steps:
         told = sorted(facts.get(step.run, []), key=lambda one: one.at)
@@ -167,20 +167,20 @@ def _steps(known: Known, number: int) -> Iterator[StepView]:
         )
 
 
-def _values(known: Known, kind: type[Run | RunFact], wanted: list[str]) -> list[Any]:
+def _values(reader: StoreReader, kind: type[Run | RunFact], wanted: list[str]) -> list[Any]:
     """Runs of these identities, or facts of these runs, in one query."""
-    rows = known.rows(_OF_RUNS[kind], wanted=[searchable(one) for one in wanted]) if wanted else []
-    return [decoded(known.codec, kind_of(kind), row) for row in rows]
+    rows = reader.rows(_OF_RUNS[kind], wanted=[searchable(one) for one in wanted]) if wanted else []
+    return [decoded(reader.codec, kind_of(kind), row) for row in rows]
 
 
-def _tool(found: Life) -> str:
-    settings = [one.value.setting for one in found.cuts if one.value.setting is not None]
+def _tool(life: Life) -> str:
+    settings = [one.value.setting for one in life.cuts if one.value.setting is not None]
     return " ".join(filter(None, settings[-1].edge.identity)) if settings else ""
 
 
-def _inspection(found: Life, kept: Kept[Inspection]) -> InspectionView:
+def _inspection(life: Life, kept: Kept[Inspection]) -> InspectionView:
     one = kept.value
-    cut = found.cut_of(one)
+    cut = life.cut_of(one)
     errors = [touch.error_mm * UM_PER_MM for touch in one.touches if touch.error_mm is not None]
     results = tuple(result(reading) for reading in one.readings if reading.nominal is not None)
     errors = errors or [each.deviation_um for each in results if each.deviation_um is not None]
@@ -241,20 +241,20 @@ _Cpk = tuple[float | None, float | None, float | None]
 NONE: Final[_Cpk] = (None, None, None)
 
 
-def cpk_of_today(known: Known, finished: Sequence[str], began: str) -> tuple[Cpk, ...]:
+def cpk_of_today(reader: StoreReader, finished: Sequence[str], began: str) -> tuple[Cpk, ...]:
     """Returns Cpk by part type, where parts came to one of the states `finished` since `began`; the least first."""
     part = TABLES["part"]
     made = select(part.c.part_type).join(PART_STATE, PART_STATE.c.part == part.c.id).distinct()
     today = made.where(PART_STATE.c.changed_at >= began, PART_STATE.c.state.in_(finished))
-    names: Sequence[str] = known.connection.scalars(today).all()
-    found = [one for name in names for one in _of_type(known, name)]
+    names: Sequence[str] = reader.connection.scalars(today).all()
+    found = [one for name in names for one in _of_type(reader, name)]
     return tuple(sorted(found, key=lambda one: (one.cpk is None, one.cpk or 0.0))[:MOST])
 
 
-def _of_type(known: Known, part_type: str) -> Iterator[Cpk]:
+def _of_type(reader: StoreReader, part_type: str) -> Iterator[Cpk]:
     """Each characteristic with the nominal and limits of its latest part; earlier ones of others are another series."""
     series: dict[str, tuple[_Limits, dict[int, float]]] = {}
-    for row in _readings(known, part_type):
+    for row in _readings(reader, part_type):
         limits: _Limits = (row.nominal, row.lower_limit, row.upper_limit)
         asked, values = series.setdefault(row.characteristic, (limits, {}))
         if asked == limits:
@@ -274,7 +274,7 @@ def _of_type(known: Known, part_type: str) -> Iterator[Cpk]:
             )
 
 
-def _readings(known: Known, part_type: str) -> Iterator[Any]:
+def _readings(reader: StoreReader, part_type: str) -> Iterator[Any]:
     """Of the last inspection of each of the latest parts, the latest first; of no part that was not finished yet."""
     inspection, reading = TABLES["inspection"], ROWS["reading"]
     later = inspection.alias("later")
@@ -284,22 +284,22 @@ def _readings(known: Known, part_type: str) -> Iterator[Any]:
         .where(inspection.c.part_type == searchable(part_type), later.c.id.is_(None))
     )
     seen: dict[str, int] = {}
-    rows = known.rows(query.order_by(inspection.c.id.desc()).limit(LATEST))
-    early = _early(known, part_type, [one.serial for one in rows])
+    rows = reader.rows(query.order_by(inspection.c.id.desc()).limit(LATEST))
+    early = _early(reader, part_type, [one.serial for one in rows])
     for row in rows:
         if row.identity not in early:
             seen.setdefault(row.serial, row.id)
     wanted = and_(reading.c.inspection.in_(seen.values()), reading.c.nominal.is_not(None))
-    return iter(known.rows(select(reading).where(wanted).order_by(reading.c.inspection.desc(), reading.c.position)))
+    return iter(reader.rows(select(reading).where(wanted).order_by(reading.c.inspection.desc(), reading.c.position)))
 
 
-def _early(known: Known, part_type: str, serials: Sequence[str]) -> set[str]:
+def _early(reader: StoreReader, part_type: str, serials: Sequence[str]) -> set[str]:
     """Inspections that show an earlier cut than the finish cut."""
     cut, link = TABLES["cut"], TABLES["inspection_link"]
     cuts = select(cut.c.identity).where(
         *(cut.c.part_type == searchable(part_type), cut.c.serial.in_(serials), cut.c.stage != Stage.FINISH.value)
     )
-    return set(known.connection.scalars(select(link.c.identity).where(link.c.cut.in_(cuts))))
+    return set(reader.connection.scalars(select(link.c.identity).where(link.c.cut.in_(cuts))))
 
 
 @lru_cache(maxsize=4096)

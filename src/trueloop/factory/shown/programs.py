@@ -14,7 +14,7 @@ from trueloop.domain.record import MARK, Correction, Product, Program, ProgramTe
 from trueloop.errors import TrueloopError
 from trueloop.factory.book import Book, read_book
 from trueloop.factory.known import unknown
-from trueloop.factory.load import Known, program_text
+from trueloop.factory.load import StoreReader, program_text
 from trueloop.factory.shown.records import LIMIT, before, known_of, page_of, time
 from trueloop.factory.views.orders import CorrectedFrom, DiffLine, Page, ProgramDiff, ProgramRow
 from trueloop.factory.views.series import EffectView, ProposalView
@@ -37,16 +37,16 @@ _RECORD: Final = re.compile(rb"\s+".join(f"{MARK}: record ([0-9a-f]{{16}})".enco
 """The mark of a correction in a program, with the id of its record."""
 
 
-def corrected_from(known: Known, shas: Sequence[str], unnamed: Sequence[str]) -> Mapping[str, CorrectedFrom]:
+def corrected_from(reader: StoreReader, shas: Sequence[str], unnamed: Sequence[str]) -> Mapping[str, CorrectedFrom]:
     """Returns by hash the programs that a correction wrote. Of `unnamed` ones without an order, their mark is read."""
-    made = _by_orders(known, shas)
-    made |= dict(_by_marks(known, [one for one in unnamed if one not in made]))
-    records = _records(known, set(made.values()))
+    made = _by_orders(reader, shas)
+    made |= dict(_by_marks(reader, [one for one in unnamed if one not in made]))
+    records = _records(reader, set(made.values()))
     found = {sha: records[record] for sha, record in made.items() if record in records}
     return {sha: _corrected_view(one) for sha, one in found.items() if one.source_sha256 not in ("", sha)}
 
 
-def _by_orders(known: Known, shas: Sequence[str]) -> dict[str, str]:
+def _by_orders(reader: StoreReader, shas: Sequence[str]) -> dict[str, str]:
     """The correction behind a finish cut's program: the run of the step CORRECT of the part that got it."""
     correct = STEP.alias("correct")
     query = (
@@ -55,23 +55,23 @@ def _by_orders(known: Known, shas: Sequence[str]) -> dict[str, str]:
         .where(STEP.c.program_sha256.in_(shas), STEP.c.kind == "finish")
         .where(correct.c.kind == "correct", correct.c.run != "")
     )
-    return {row.program_sha256: row.run for row in known.rows(query)}
+    return {row.program_sha256: row.run for row in reader.rows(query)}
 
 
-def _by_marks(known: Known, shas: Sequence[str]) -> Iterator[tuple[str, str]]:
+def _by_marks(reader: StoreReader, shas: Sequence[str]) -> Iterator[tuple[str, str]]:
     for sha in shas:
-        text: ProgramText | None = known.first(ProgramText, sha)
+        text: ProgramText | None = reader.first(ProgramText, sha)
         mark = None if text is None else _RECORD.search(text.content)
         if mark is not None:
             yield sha, mark[1].decode().lower()
 
 
-def _records(known: Known, ids: set[str]) -> Mapping[str, Correction[None]]:
+def _records(reader: StoreReader, ids: set[str]) -> Mapping[str, Correction[None]]:
     """Without their payloads, which may be large."""
     table = TABLES["correction"]
     wanted = [searchable(joined((one,))) for one in sorted(ids)]
     query = select(table.c.document).where(table.c.identity.in_(wanted)).order_by(table.c.id)
-    found: list[Correction[Any]] = [known.codec.from_json(one, Correction) for one in known.connection.scalars(query)]
+    found: list[Correction[Any]] = [reader.codec.from_json(one, Correction) for one in reader.connection.scalars(query)]
     return {one.record.id: one for one in found}
 
 
@@ -126,13 +126,13 @@ def _unknown(number: str) -> TrueloopError:
     return unknown("proposal", number, "the store has none of that id")
 
 
-def states_of(known: Known) -> Sequence[tuple[Proposal, str, ProposalDecision | None]]:
+def states_of(reader: StoreReader) -> Sequence[tuple[Proposal, str, ProposalDecision | None]]:
     """Returns every proposal with open, accepted, rejected or superseded, oldest first.
 
     Superseded is what nobody decided before another proposal came for one of the same series.
     """
-    decisions = {one.proposal: one for one in known.values(ProposalDecision)}
-    proposals: list[Proposal] = known.values(Proposal)
+    decisions = {one.proposal: one for one in reader.values(ProposalDecision)}
+    proposals: list[Proposal] = reader.values(Proposal)
     later: set[tuple[str, ...]] = set()
     found: list[tuple[Proposal, str, ProposalDecision | None]] = []
     for one in reversed(proposals):
@@ -144,52 +144,52 @@ def states_of(known: Known) -> Sequence[tuple[Proposal, str, ProposalDecision | 
 
 
 def _view(
-    one: Proposal, state: str, decision: ProposalDecision | None, book: Book | None, now: datetime
+    proposal: Proposal, state: str, decision: ProposalDecision | None, book: Book | None, now: datetime
 ) -> ProposalView:
-    offset = one.tool_offset
+    offset = proposal.tool_offset
     u_mm = None if offset is None else offset.expanded_u_mm
     dx_u_mm, dz_u_mm = u_mm or (None, None)
     return ProposalView(
-        id=one.id,
+        id=proposal.id,
         etag=state,
-        changes=one.changes.value,
-        part_type=one.part_type.name,
-        made_at=one.made_at,
-        made_by=one.made_by,
+        changes=proposal.changes.value,
+        part_type=proposal.part_type.name,
+        made_at=proposal.made_at,
+        made_by=proposal.made_by,
         state=state,
-        effects=tuple(map(_effect, one.effects)),
+        effects=tuple(map(_effect, proposal.effects)),
         tool="" if offset is None else f"T{offset.tool}",
         dx_mm=None if offset is None else offset.x_radius_mm,
         dz_mm=None if offset is None else offset.z_mm,
         u_stated=u_mm is not None,
         dx_u_mm=dx_u_mm,
         dz_u_mm=dz_u_mm,
-        alarms=one.alarms,
-        why=one.why,
-        refusal=_refusal(one, book, now) if state == "open" and book is not None else "",
+        alarms=proposal.alarms,
+        why=proposal.why,
+        refusal=_refusal(proposal, book, now) if state == "open" and book is not None else "",
         decided_by="" if decision is None else decision.who,
         decided_at=None if decision is None else decision.at,
         decided_why="" if decision is None else decision.why,
     )
 
 
-def _refusal(one: Proposal, book: Book, now: datetime) -> str:
+def _refusal(proposal: Proposal, book: Book, now: datetime) -> str:
     try:
-        decide(one, "accepted", "", now, book.by_identity, book.decisions, SeriesOptions())
+        decide(proposal, "accepted", "", now, book.by_identity, book.decisions, SeriesOptions())
     except TrueloopError as refused:
         return f"{refused.code}: {refused.message}"
     return ""
 
 
-def _effect(one: Effect) -> EffectView:
+def _effect(effect: Effect) -> EffectView:
     return EffectView(
-        characteristic=one.characteristic,
-        size_change_um=one.size_change_mm * UM_PER_MM,
-        error_before_um=one.error_before_mm * UM_PER_MM,
-        error_after_um=one.error_after_mm * UM_PER_MM,
-        standard_u_um=one.standard_u_mm * UM_PER_MM,
-        in_tolerance_before=one.probability_in_before,
-        in_tolerance_after=one.probability_in_after,
+        characteristic=effect.characteristic,
+        size_change_um=effect.size_change_mm * UM_PER_MM,
+        error_before_um=effect.error_before_mm * UM_PER_MM,
+        error_after_um=effect.error_after_mm * UM_PER_MM,
+        standard_u_um=effect.standard_u_mm * UM_PER_MM,
+        in_tolerance_before=effect.probability_in_before,
+        in_tolerance_after=effect.probability_in_after,
     )
 
 
@@ -212,12 +212,12 @@ def program_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = None)
         return page_of(rows, limit, lambda row: int(row.id), lambda row: _row(known, row, made))
 
 
-def program_row(known: Known, sha: str) -> ProgramRow:
+def program_row(reader: StoreReader, sha: str) -> ProgramRow:
     """Returns one program. Raises FAC-UNKNOWN."""
-    row = known.connection.execute(_ROWS.where(_TEXT.c.program_sha256 == sha)).first()
+    row = reader.connection.execute(_ROWS.where(_TEXT.c.program_sha256 == sha)).first()
     if row is None:
         raise unknown("program", sha[:16], "the store has no text of that hash")
-    return _row(known, row, _made(known, [row]))
+    return _row(reader, row, _made(reader, [row]))
 
 
 def text_of(store: Store, sha: str) -> bytes:
@@ -229,30 +229,30 @@ def text_of(store: Store, sha: str) -> bytes:
     return text
 
 
-def program_diff(store: Store, one: str, other: str) -> ProgramDiff:
+def program_diff(store: Store, before: str, other: str) -> ProgramDiff:
     """Compares two programs: their changed lines with a line around them. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
-        rows = program_row(known, one), program_row(known, other)
-        texts = [known.first(ProgramText, sha).content for sha in (one, other)]
+        rows = program_row(known, before), program_row(known, other)
+        texts = [known.first(ProgramText, sha).content for sha in (before, other)]
     lines = [line for hunk in diff(*texts) for line in hunk]
     return ProgramDiff(*rows, sum(map(_changes, lines)), tuple(map(_line, lines)))
 
 
-def names_of(known: Known, shas: Sequence[str]) -> Mapping[str, str]:
+def names_of(reader: StoreReader, shas: Sequence[str]) -> Mapping[str, str]:
     """Names of programs by their hashes."""
     wanted = [searchable(joined((one,))) for one in shas if one]
-    documents = known.connection.scalars(select(_PROGRAM.c.document).where(_PROGRAM.c.identity.in_(wanted)))
-    programs = [known.codec.from_json(one, Program) for one in documents]
+    documents = reader.connection.scalars(select(_PROGRAM.c.document).where(_PROGRAM.c.identity.in_(wanted)))
+    programs = [reader.codec.from_json(one, Program) for one in documents]
     return {one.sha256: one.name for one in programs}
 
 
-def _made(known: Known, rows: Sequence[Any]) -> Mapping[str, CorrectedFrom]:
+def _made(reader: StoreReader, rows: Sequence[Any]) -> Mapping[str, CorrectedFrom]:
     unnamed = [one.program_sha256 for one in rows if one.document is None]
-    return corrected_from(known, [one.program_sha256 for one in rows], unnamed)
+    return corrected_from(reader, [one.program_sha256 for one in rows], unnamed)
 
 
-def _row(known: Known, row: Any, made: Mapping[str, CorrectedFrom]) -> ProgramRow:
-    program = None if row.document is None else known.codec.from_json(row.document, Program)
+def _row(reader: StoreReader, row: Any, made: Mapping[str, CorrectedFrom]) -> ProgramRow:
+    program = None if row.document is None else reader.codec.from_json(row.document, Program)
     named = ("", "", "") if program is None else (program.name, program.dialect, program.unit or "")
     return ProgramRow(row.program_sha256, *named, row.at is not None, made.get(row.program_sha256), time(row.kept_at))
 

@@ -11,7 +11,7 @@ from sqlalchemy import ColumnElement, Select, bindparam, func, select
 from trueloop.domain.part import Part
 from trueloop.errors import Code
 from trueloop.factory.known import unknown
-from trueloop.factory.load import Known
+from trueloop.factory.load import StoreReader
 from trueloop.factory.views.orders import Page, TransferView
 from trueloop.factory.views.parts import CertificateRow, EventView
 from trueloop.factory.views.series import AlarmView
@@ -25,10 +25,10 @@ T = TypeVar("T")
 
 
 @contextmanager
-def known_of(store: Store) -> Iterator[Known]:
+def known_of(store: Store) -> Iterator[StoreReader]:
     """Yields what is known in a transaction that reads."""
     with store.reading() as connection:
-        yield Known(connection, store.codec)
+        yield StoreReader(connection, store.codec)
 
 
 def before(query: Select[Any], key: ColumnElement[int], limit: int, cursor: str | None) -> Select[Any]:
@@ -123,10 +123,10 @@ def transfer_rows(
     return page_of(rows, limit, _id, transfer_view)
 
 
-def last_transfers(known: Known) -> Mapping[str, TransferView]:
+def last_transfers(reader: StoreReader) -> Mapping[str, TransferView]:
     """Returns the latest transfer of each control, by its name."""
     latest = select(func.max(TRANSFER.c.id)).group_by(TRANSFER.c.control)
-    rows = known.rows(select(TRANSFER).where(TRANSFER.c.id.in_(latest)))
+    rows = reader.rows(select(TRANSFER).where(TRANSFER.c.id.in_(latest)))
     return {row.control: transfer_view(row) for row in rows}
 
 
@@ -152,9 +152,9 @@ def certificate_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = N
         return page_of(rows, limit, _id, lambda row: _certificate(known, row))
 
 
-def certificate_rows_of(known: Known, part: int) -> tuple[CertificateRow, ...]:
+def certificate_rows_of(reader: StoreReader, part: int) -> tuple[CertificateRow, ...]:
     """Returns the certificates of a part, oldest first."""
-    return tuple(_certificate(known, row) for row in known.rows(_OF_PART, number=part))
+    return tuple(_certificate(reader, row) for row in reader.rows(_OF_PART, number=part))
 
 
 def certificate_row(store: Store, part: int, sha256: str) -> CertificateRow:
@@ -175,8 +175,8 @@ def certificate_content(store: Store, number: int) -> bytes:
     return bytes(found)
 
 
-def _certificate(known: Known, row: Any) -> CertificateRow:
-    part = known.codec.from_json(row.document, Part)
+def _certificate(reader: StoreReader, row: Any) -> CertificateRow:
+    part = reader.codec.from_json(row.document, Part)
     return CertificateRow(
         id=row.id,
         part_type=part.part_type.name,

@@ -11,7 +11,7 @@ from trueloop.errors import Code
 from trueloop.factory.book import Book, part_types, read_book
 from trueloop.factory.views.series import SeriesPoint, SeriesRow, SeriesView, WeightMove
 from trueloop.loops.post_process.series import SeriesOptions
-from trueloop.loops.post_process.tracked import Tracked, TrackedPart, capability
+from trueloop.loops.post_process.tracked import TrackedPart, TrackedSeries, capability
 from trueloop.report.series.page import MOVED
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.statistics import NORMAL_95
@@ -52,49 +52,49 @@ def _edges(store: Store, part_type: str) -> Edges:
     return {serial: (rows[edge.identity], edge) for serial, edge in used if edge.identity in rows}
 
 
-def _view(one: Tracked, book: Book, edges: Edges, say: Texts) -> SeriesView:
-    asked, able = one.series.characteristic, capability(one.series)
+def _view(series: TrackedSeries, book: Book, edges: Edges, say: Texts) -> SeriesView:
+    asked, able = series.series.characteristic, capability(series.series)
     inspections = {seen.inspection.identity: seen.inspection for seen in book.parts}
     low, high = (_um(limit, asked) for limit in (asked.lower_limit, asked.upper_limit))
-    waiting = [item.id for item in book.waiting if any(of.series == one.series.identity for of in item.effects)]
+    waiting = [item.id for item in book.waiting if any(of.series == series.series.identity for of in item.effects)]
     return SeriesView(
-        row=_row(one),
+        row=_row(series),
         unit=asked.quantity.unit,
         nominal=asked.nominal,
         lower_um=low,
         upper_um=high,
-        points=tuple(_points(one, inspections, edges)),
-        weight=_acted_on(one, one.last),
-        moves=tuple(_moves(one, say)),
+        points=tuple(_points(series, inspections, edges)),
+        weight=_acted_on(series, series.last),
+        moves=tuple(_moves(series, say)),
         ppk=None if able is None else able.ppk,
         ppk_lower=None if able is None else able.lower,
         proposals=tuple(waiting),
     )
 
 
-def _acted_on(one: Tracked, part: TrackedPart) -> float:
+def _acted_on(series: TrackedSeries, part: TrackedPart) -> float:
     """The share of what a part shows that is acted on."""
-    return 0.0 if part.step.held else one.factor * part.step.weight.value
+    return 0.0 if part.step.held else series.factor * part.step.weight.value
 
 
-def _moves(one: Tracked, say: Texts) -> Iterator[WeightMove]:
-    for before, after in pairwise(one.parts):
-        shares = _acted_on(one, before), _acted_on(one, after)
+def _moves(series: TrackedSeries, say: Texts) -> Iterator[WeightMove]:
+    for before, after in pairwise(series.parts):
+        shares = _acted_on(series, before), _acted_on(series, after)
         if abs(shares[1] - shares[0]) > MOVED:
             yield WeightMove(after.made.serial, *shares, say.note(after.step.weight.reason))
 
 
-def _um(limit: float | None, asked: Characteristic) -> float | None:
-    return None if limit is None else (limit - asked.nominal) * UM_PER_MM
+def _um(limit: float | None, characteristic: Characteristic) -> float | None:
+    return None if limit is None else (limit - characteristic.nominal) * UM_PER_MM
 
 
-def _row(one: Tracked) -> SeriesRow:
-    alarm, last = one.open_alarm, one.last
+def _row(series: TrackedSeries) -> SeriesRow:
+    alarm, last = series.open_alarm, series.last
     return SeriesRow(
-        part_type=one.series.part_type.name,
-        revision=one.series.part_type.revision,
-        characteristic=one.series.name,
-        parts=len(one.parts),
+        part_type=series.series.part_type.name,
+        revision=series.series.part_type.revision,
+        characteristic=series.series.name,
+        parts=len(series.parts),
         last_serial=last.made.serial,
         last_deviation_um=last.made.error_mm * UM_PER_MM,
         expected_um=None if last.expected_mm is None else last.expected_mm * UM_PER_MM,
@@ -102,8 +102,8 @@ def _row(one: Tracked) -> SeriesRow:
     )
 
 
-def _points(one: Tracked, inspections: dict[Identity, Inspection], edges: Edges) -> Iterator[SeriesPoint]:
-    for part in one.parts:
+def _points(series: TrackedSeries, inspections: dict[Identity, Inspection], edges: Edges) -> Iterator[SeriesPoint]:
+    for part in series.parts:
         made, seen = part.made, inspections.get(part.made.inspection)
         edge = edges.get(made.serial)
         yield SeriesPoint(

@@ -78,11 +78,11 @@ class DxfSheet:
         moved = Edges.of(features, one.layers[:1] * len(features)).mapped(np.eye(2), up).features if up[1] else features
         return DxfProfile(named_by_kind(moved), (*self.notes, *_about(one, self, zero)))
 
-    def _zero_mm(self, one: Candidate, zero: Zero) -> float:
+    def _zero_mm(self, candidate: Candidate, zero: Zero) -> float:
         """Where z of the view is to be 0: at an end of all that is drawn of the part."""
         if zero == "drawing":
             return 0.0
-        whole = [each for each in (*self.sheet.candidates, one) if each.view is one.view]
+        whole = [each for each in (*self.sheet.candidates, candidate) if each.view is candidate.view]
         z = [z for each in whole for z in each.box_mm[1:]]
         return max(z) if zero == "free-end" else min(z)
 
@@ -182,9 +182,9 @@ def _drawn(chain: Sequence[Feature], side: Side, layers: tuple[str, ...], view: 
     return Candidate(side, tuple(way), layers, view)
 
 
-def _halved(one: Candidate, path: Path) -> Iterator[Feature]:
+def _halved(candidate: Candidate, path: Path) -> Iterator[Feature]:
     """The features of a drawing whose y are diameters."""
-    for feature in one.features:
+    for feature in candidate.features:
         if not isinstance(feature, Line):
             x, z = feature.start_mm
             raise _refusal(
@@ -196,25 +196,25 @@ def _halved(one: Candidate, path: Path) -> Iterator[Feature]:
         yield Line(feature.name, *ends)
 
 
-def _about(one: Candidate, read: DxfSheet, zero: Zero) -> Iterator[str]:
+def _about(candidate: Candidate, read: DxfSheet, zero: Zero) -> Iterator[str]:
     """The decisions for this contour, in words."""
-    axis, half = one.view.axis, one.view.halves[0]
+    axis, half = candidate.view.axis, candidate.view.halves[0]
     at = f"{'y' if axis.vertical else 'x'} = 0 of the drawing" if zero == "drawing" else f"the {zero.replace('-', ' ')}"
     if axis.vertical or axis.at_mm or zero != "drawing":
         up = "upwards " if axis.vertical else ""
         yield f"The axis is the {axis.source} at {axis.where}; z is counted {up}from {at}."
-    if one.view.on_axis:
-        yield f"{one.view.on_axis} lines on the axis were left out."
+    if candidate.view.on_axis:
+        yield f"{candidate.view.on_axis} lines on the axis were left out."
     if half.mirrored:
         yield f"{half.mirrored} lines and arcs below the axis mirror those above."
     if half.unlike:
         yield f"{half.unlike} lines and arcs below the axis are unlike those above: the upper half counts."
-    if one.by_lines:
+    if candidate.by_lines:
         yield "Nothing is hatched: what is closed off around the axis and open at an end face is taken for the bore."
-    if (beside := len(half.edges) - len(one.features)) > 0 and read.sheet.candidates:
+    if (beside := len(half.edges) - len(candidate.features)) > 0 and read.sheet.candidates:
         yield f"{beside} lines and arcs beside the contour were left out."
     for k, other in enumerate(read.contours, 1):
-        if other is not one:
+        if other is not candidate:
             yield f"Another contour is there, number {k}: {other.described}."
 
 

@@ -33,7 +33,7 @@ ASIDE: Final = {0, 5, 6, 8, 100, 330} | ASIDE_INT
 """Group codes besides: handle, line type, layer, marker, owner, colours, width of the line."""
 
 
-class Drawn(NamedTuple):
+class DrawnEntity(NamedTuple):
     """An entity: kind, layer, name of its own line type in small letters; its `numbers` in drawing units and degrees,
     in the order of `PLAIN`, or the entity of ezdxf.
     """
@@ -50,7 +50,7 @@ class Document:
     """A drawing, and the entities of its model space in the order of the file."""
 
     drawing: "Drawing"
-    entities: tuple[Drawn, ...]
+    entities: tuple[DrawnEntity, ...]
 
 
 class _UnusualError(ValueError):
@@ -70,10 +70,10 @@ class _Shape(NamedTuple):
     markers: tuple[int, ...]
 
 
-def drawn(entity: Any) -> Drawn:
+def drawn(entity: Any) -> DrawnEntity:
     """Returns an entity of ezdxf as drawn; on layer 0, as the format has it, where it names none."""
     line_type = str(entity.dxf.get("linetype", "BYLAYER")).casefold()
-    return Drawn(entity.dxftype(), str(entity.dxf.get("layer", "0")), line_type, (), entity)
+    return DrawnEntity(entity.dxftype(), str(entity.dxf.get("layer", "0")), line_type, (), entity)
 
 
 def open_document(path: Path) -> Document:
@@ -93,7 +93,7 @@ def open_document(path: Path) -> Document:
     return Document(drawing, tuple(_in_order(drawing, runs)))
 
 
-def _in_order(drawing: "Drawing", runs: Sequence[list[Drawn]]) -> Iterator[Drawn]:
+def _in_order(drawing: "Drawing", runs: Sequence[list[DrawnEntity]]) -> Iterator[DrawnEntity]:
     for entity in drawing.modelspace():
         one = drawn(entity)
         if one.layer == RUN and one.kind == "POINT" and runs:
@@ -102,7 +102,7 @@ def _in_order(drawing: "Drawing", runs: Sequence[list[Drawn]]) -> Iterator[Drawn
             yield one
 
 
-def _separated(path: Path) -> tuple[io.StringIO, list[list[Drawn]], set[str]]:
+def _separated(path: Path) -> tuple[io.StringIO, list[list[DrawnEntity]], set[str]]:
     """The file without its plain entities, these in runs, and the handles of their owners. Raises _UnusualError."""
     from ezdxf.filemanagement import dxf_file_info
     from ezdxf.lldxf.validator import is_binary_dxf_file, is_dxf_file
@@ -111,7 +111,7 @@ def _separated(path: Path) -> tuple[io.StringIO, list[list[Drawn]], set[str]]:
         raise _UnusualError
     info = dxf_file_info(path)
     with_markers = info.version > "AC1009"
-    rest, runs, owners = io.StringIO(), list[list[Drawn]](), set[str]()
+    rest, runs, owners = io.StringIO(), list[list[DrawnEntity]](), set[str]()
     sections, inside, in_run, linked = 0, False, False, False
     with path.open(encoding=info.encoding, errors="surrogateescape") as file:
         for spans, codes, values, lines in _entities(file):
@@ -168,13 +168,13 @@ def _entities(file: Iterator[str]) -> Iterator[tuple[list[tuple[int, int]], list
 
 def _plain_of(
     spans: Sequence[tuple[int, int]], codes: list[int], values: list[str], with_markers: bool, owners: set[str]
-) -> dict[int, Drawn]:
+) -> dict[int, DrawnEntity]:
     """The plain ones of entities, by where they begin; those of one kind and of the same codes are read together."""
     alike: dict[tuple[str, tuple[int, ...]], list[int]] = {}
     for a, b in spans:
         if codes[a] == 0 and b <= len(values):
             alike.setdefault((values[a].rstrip("\n"), tuple(codes[a:b])), []).append(a)
-    found: dict[int, Drawn] = {}
+    found: dict[int, DrawnEntity] = {}
     for (kind, own), at in alike.items():
         if kind in PLAIN and (shape := _shape(kind, own)):
             markers = PLAIN[kind][1] if with_markers else ()
@@ -183,7 +183,7 @@ def _plain_of(
     return found
 
 
-def _plain(kind: str, shape: _Shape, at: list[int], values: list[str], owners: set[str]) -> dict[int, Drawn]:
+def _plain(kind: str, shape: _Shape, at: list[int], values: list[str], owners: set[str]) -> dict[int, DrawnEntity]:
     """Entities of one shape, by where they begin; none where a number of one of them is not plain."""
     try:
         numbers = [[float(values[a + k]) for a in at] for k in shape.numbers]
@@ -198,7 +198,7 @@ def _plain(kind: str, shape: _Shape, at: list[int], values: list[str], owners: s
     )
     finite = np.all(np.isfinite([*numbers, *aside]), axis=0).tolist()
     found = {
-        a: Drawn(kind, of or "0", own.casefold() or "bylayer", row, None)
+        a: DrawnEntity(kind, of or "0", own.casefold() or "bylayer", row, None)
         for a, of, own, row, usual in zip(at, layer, line_type, zip(*numbers, strict=True), finite, strict=True)
         if usual and of is not None and own is not None
     }

@@ -11,7 +11,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.formats.cad.box_index import TooDenseError
-from trueloop.formats.cad.dxf_document import Drawn, drawn
+from trueloop.formats.cad.dxf_document import DrawnEntity, drawn
 from trueloop.formats.cad.dxf_edges import Edges
 from trueloop.geometry.curve_kinds import b_spline
 from trueloop.geometry.feature import Arc, Feature, Line, Point
@@ -76,17 +76,17 @@ class Meanings:
             lru_cache(maxsize=4096), (self._is_edge, self._is_hidden, self._is_centre)
         )
 
-    def is_edge(self, one: Drawn) -> bool:
+    def is_edge(self, entity: DrawnEntity) -> bool:
         """Returns whether it is drawn as visible edges are: in a continuous line, and not on a layer of axes."""
-        return self._edge(one.layer, one.line_type)
+        return self._edge(entity.layer, entity.line_type)
 
-    def is_hidden_edge(self, one: Drawn) -> bool:
+    def is_hidden_edge(self, entity: DrawnEntity) -> bool:
         """Returns whether it is drawn as hidden edges are: dashed."""
-        return self._hidden(one.layer, one.line_type)
+        return self._hidden(entity.layer, entity.line_type)
 
-    def is_centre(self, one: Drawn) -> bool:
+    def is_centre(self, entity: DrawnEntity) -> bool:
         """Returns whether it is drawn as axes are, by its line type or its layer's name."""
-        return self._centre(one.layer, one.line_type)
+        return self._centre(entity.layer, entity.line_type)
 
     def _is_edge(self, layer: str, own: str) -> bool:
         plain = self._line_type(layer, own) in ("continuous", "byblock", "")
@@ -147,7 +147,7 @@ def _meet(a: CentreLine, b: CentreLine) -> bool:
     return gap <= min(a.length_mm, b.length_mm)
 
 
-def unfolded(entities: Iterable[Drawn]) -> list[Drawn]:
+def unfolded(entities: Iterable[DrawnEntity]) -> list[DrawnEntity]:
     """Returns the entities, those of blocks in place of the block, on its layer where theirs is 0.
 
     Raises TooDenseError: ten blocks within ten within ten… are a small file.
@@ -158,7 +158,7 @@ def unfolded(entities: Iterable[Drawn]) -> list[Drawn]:
     return found
 
 
-def _unfolded(entities: Iterable[Drawn], deep: int) -> Iterator[Drawn]:
+def _unfolded(entities: Iterable[DrawnEntity], deep: int) -> Iterator[DrawnEntity]:
     for one in entities:
         if one.kind != "INSERT" or deep >= DEEPEST:
             yield one
@@ -168,7 +168,7 @@ def _unfolded(entities: Iterable[Drawn], deep: int) -> Iterator[Drawn]:
         yield from _unfolded(own, deep + 1)
 
 
-def edges_of(entities: Iterable[Drawn], mm_per_unit: float) -> Edges:
+def edges_of(entities: Iterable[DrawnEntity], mm_per_unit: float) -> Edges:
     """Returns lines, arcs, polylines with bulges, ellipses, splines, each on its layer; no circles and no others."""
     everything = list(_of_polylines(entities))
     lines = [k for k, one in enumerate(everything) if one.kind == "LINE" and not one.entity]
@@ -184,7 +184,7 @@ def edges_of(entities: Iterable[Drawn], mm_per_unit: float) -> Edges:
     return found.take(found.is_curve | (found.length_mm > CHAIN_WITHIN_MM))
 
 
-def _of_polylines(entities: Iterable[Drawn]) -> Iterator[Drawn]:
+def _of_polylines(entities: Iterable[DrawnEntity]) -> Iterator[DrawnEntity]:
     """The entities, polylines as their parts."""
     for one in entities:
         if one.kind in ("LWPOLYLINE", "POLYLINE"):
@@ -193,12 +193,12 @@ def _of_polylines(entities: Iterable[Drawn]) -> Iterator[Drawn]:
             yield one
 
 
-def _feature(one: Drawn, mm_per_unit: float) -> Feature | None:
-    if one.kind == "LINE":
-        return Line("", _point(one.entity.dxf.start, mm_per_unit), _point(one.entity.dxf.end, mm_per_unit))
-    if one.kind == "ARC":
-        return _arc(one.entity, mm_per_unit) if one.entity else _plain_arc(one.numbers, mm_per_unit)
-    return None if (curve := _spline(one.entity)) is None else _curve(curve, mm_per_unit)
+def _feature(entity: DrawnEntity, mm_per_unit: float) -> Feature | None:
+    if entity.kind == "LINE":
+        return Line("", _point(entity.entity.dxf.start, mm_per_unit), _point(entity.entity.dxf.end, mm_per_unit))
+    if entity.kind == "ARC":
+        return _arc(entity.entity, mm_per_unit) if entity.entity else _plain_arc(entity.numbers, mm_per_unit)
+    return None if (curve := _spline(entity.entity)) is None else _curve(curve, mm_per_unit)
 
 
 def _plain_arc(numbers: Sequence[float], mm_per_unit: float) -> Arc:

@@ -11,7 +11,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.formats.cad.dxf_cells import Hatched
-from trueloop.formats.cad.dxf_document import Document, Drawn
+from trueloop.formats.cad.dxf_document import Document, DrawnEntity
 from trueloop.formats.cad.dxf_edges import Edges, Mask
 from trueloop.formats.cad.dxf_entities import (
     CHAIN_WITHIN_MM,
@@ -146,13 +146,13 @@ def _candidates(views: Sequence[View]) -> tuple[list[Candidate], list[str]]:
     return sorted(found, key=_from_left), [f"{again} contours are drawn again in another view."] * bool(again)
 
 
-def _from_left(one: Candidate) -> tuple[float, float]:
-    lower = min((one.features[0].start_mm, one.features[-1].end_mm), key=lambda point: point[1])
-    ((across, up),) = one.view.on_sheet(np.array([lower])).tolist()
+def _from_left(candidate: Candidate) -> tuple[float, float]:
+    lower = min((candidate.features[0].start_mm, candidate.features[-1].end_mm), key=lambda point: point[1])
+    ((across, up),) = candidate.view.on_sheet(np.array([lower])).tolist()
     return across, up
 
 
-def _hatched(hatches: Sequence[Drawn], mm_per_unit: float) -> Hatched:
+def _hatched(hatches: Sequence[DrawnEntity], mm_per_unit: float) -> Hatched:
     """Returns whether places of the sheet, to the right and up, are in a hatched area; islands are not."""
     from ezdxf import path
 
@@ -181,7 +181,7 @@ def _are_in(ring: Array, places: Array) -> Mask:
     return found
 
 
-def _left_out(entities: Sequence[Drawn], drawn: Sequence[Drawn], hidden: bool) -> Iterator[str]:
+def _left_out(entities: Sequence[DrawnEntity], drawn: Sequence[DrawnEntity], hidden: bool) -> Iterator[str]:
     for kind, count in sorted(Counter(e.kind for e in entities if e.kind not in {*READ, "HATCH"}).items()):
         yield f"{count} {kind} entities were not read."
     read, kept = (sum(e.kind in READ for e in some) for some in (entities, drawn))

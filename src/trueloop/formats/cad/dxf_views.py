@@ -161,9 +161,9 @@ def _candidate(contour: Contour, view: View, by_lines: bool) -> Candidate:
     return Candidate(contour.side, tuple(piece.feature for piece in contour.pieces), layers, view, by_lines)
 
 
-def is_box(one: Candidate) -> bool:
+def is_box(candidate: Candidate) -> bool:
     """Returns whether it is a rectangle, or a part of one."""
-    return len(one.features) <= 3 and all(isinstance(feature, Line) for feature in one.features)
+    return len(candidate.features) <= 3 and all(isinstance(feature, Line) for feature in candidate.features)
 
 
 def _encloses(outer: Candidate, inner: Candidate) -> bool:

@@ -112,7 +112,7 @@ def read_step_solid(path: FilePath, *, turned_round: bool = False) -> "StepSolid
     if len(bodies) == 1:
         bodies = (replace(bodies[0], name=""),)
     parts = [_read(body, path, turned_round) for body in bodies]
-    return StepSolid(path, solids, tuple(Placed(contour, part) for part in parts for contour in part.contours))
+    return StepSolid(path, solids, tuple(PlacedPiece(contour, part) for part in parts for contour in part.contours))
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class StepSolid:
 
     file: Path
     solids: Solids
-    found: "tuple[Placed, ...]"
+    found: "tuple[PlacedPiece, ...]"
 
     def chosen(
         self,
@@ -156,7 +156,7 @@ class _Part:
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedPiece:
     """A contour and the part that it is of."""
 
     contour: Contour
@@ -219,10 +219,10 @@ def _tolerances(solids: Solids, part: _Part, features: Sequence[Feature], path: 
 
 
 def _chosen(
-    found: Sequence[Placed], side: Side, number: int | None, range_mm: tuple[float, float], path: Path
-) -> Placed:
+    pieces: Sequence[PlacedPiece], side: Side, number: int | None, range_mm: tuple[float, float], path: Path
+) -> PlacedPiece:
     """The one contour of the side that reaches into the range, or that of the number among all of the side."""
-    of_side = [one for one in found if one.contour.side is side]
+    of_side = [one for one in pieces if one.contour.side is side]
     within = [one for one in of_side if _between(one.contour, *range_mm)]
     if number is None and len(within) == 1:
         return within[0]
@@ -230,7 +230,7 @@ def _chosen(
         return of_side[number - 1]
     asked = "" if number is None else f", and number {number} was asked for"
     several = "; ".join(f"{k}: {one}" for k, one in enumerate(of_side[:6], 1))
-    others = "; ".join(str(one) for one in found[:6])
+    others = "; ".join(str(one) for one in pieces[:6])
     if of_side:
         raise _refusal(
             path,
@@ -241,12 +241,12 @@ def _chosen(
     raise _refusal(path, f"0 contours {side}; found: {others or 'none'}", "choose the other side, or a turned solid")
 
 
-def _notes(found: Sequence[Placed], chosen: Placed, features: Sequence[Feature]) -> list[str]:
+def _notes(pieces: Sequence[PlacedPiece], chosen: PlacedPiece, features: Sequence[Feature]) -> list[str]:
     ends = features[0].start_mm[1], features[-1].end_mm[1]
     notes = [f"z is counted from the file's origin: the profile runs from z = {ends[0]:.4f} to z = {ends[1]:.4f} mm."]
     if chosen.contour.by_most:
         notes.append("What stands out at less than half of the angles about the axis was left out.")
-    notes += [f"Also found: {one}." for one in found if one is not chosen]
+    notes += [f"Also found: {one}." for one in pieces if one is not chosen]
     return notes
 
 

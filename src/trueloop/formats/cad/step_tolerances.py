@@ -26,7 +26,7 @@ NO_FORM: Final = ("PLUS_MINUS_TOLERANCE", "GEOMETRIC_TOLERANCE", "MODIFIED_GEOME
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedTolerance:
     """One dimension or tolerance: `kind` in the file's words ("diameter", "cylindricity"), lengths in mm, angles in
     degrees. Limits are absolute; `fit` such as "h6" stands instead of them. `faces`: for each of the one or two
     features it is of, the numbers of the faces' records.
@@ -40,7 +40,7 @@ class Stated:
     fit: str = ""
 
 
-def stated_in(records: Records) -> Iterator[Stated]:
+def stated_in(records: Records) -> Iterator[StatedTolerance]:
     """Yields all of a file: dimensions with the limits that they have, then geometric tolerances."""
     pmi = _Pmi(records)
     for record, values in records.typed(*SIZES, *LOCATIONS):
@@ -60,7 +60,7 @@ class _Pmi:
             for number in record.refs():
                 self.about.setdefault(number, []).append(record)
 
-    def dimension(self, record: Record, values: Sequence[Value]) -> Stated:
+    def dimension(self, record: Record, values: Sequence[Value]) -> StatedTolerance:
         """Its nominal, its limits as given, by deviations or by a fit."""
         values = values or record.types.get("SHAPE_ASPECT_RELATIONSHIP", [])
         location = any(kind in record.types for kind in LOCATIONS)
@@ -72,14 +72,14 @@ class _Pmi:
             if "PLUS_MINUS_TOLERANCE" in about.types:
                 zone = self.records.at(about.value("PLUS_MINUS_TOLERANCE", 0))
                 fit, limits = _fit(zone) or fit, self._deviated(zone, nominal) or limits
-        return Stated(kind, tuple(self.faces(one) for one in of), nominal, *limits, fit)
+        return StatedTolerance(kind, tuple(self.faces(one) for one in of), nominal, *limits, fit)
 
-    def geometric(self, record: Record, kind: str) -> Stated:
+    def geometric(self, record: Record, kind: str) -> StatedTolerance:
         """Returns a geometric tolerance; the width of its zone is its upper limit."""
         values = record.types.get("GEOMETRIC_TOLERANCE") or record.types[kind]
         width = self.measure(self.records.at(values[2])) if len(values) > 2 else None
         words = kind.removesuffix(FORM).replace("_", " ").lower()
-        return Stated(words, (self.faces(values[3]) if len(values) > 3 else (),), upper=width)
+        return StatedTolerance(words, (self.faces(values[3]) if len(values) > 3 else (),), upper=width)
 
     def _nominal(self, dimension: Record) -> tuple[float | None, tuple[float | None, float | None]]:
         """The nominal of its representation, and the limits where it gives limits."""
@@ -123,10 +123,10 @@ class _Pmi:
             return self.measure(self.records.at(record.value("CONVERSION_BASED_UNIT", 1)), deep + 1)
         return None
 
-    def faces(self, aspect: Value, known: frozenset[int] = frozenset()) -> tuple[int, ...]:
+    def faces(self, aspect: Value, numbers: frozenset[int] = frozenset()) -> tuple[int, ...]:
         """Returns the faces of a feature of the shape, also by way of the features that it is composed of."""
         record = self.records.at(aspect)
-        if record is None or record.number in known:
+        if record is None or record.number in numbers:
             return ()
         found: list[int] = []
         for about in self.about.get(record.number, ()):
@@ -135,7 +135,7 @@ class _Pmi:
             for kind in about.types:
                 values = about.types[kind]
                 if kind.startswith("SHAPE_ASPECT") and len(values) >= 4 and self.records.at(values[2]) is record:
-                    found += self.faces(values[3], known | {record.number})
+                    found += self.faces(values[3], numbers | {record.number})
         return tuple(dict.fromkeys(found))
 
     def _reached(self, usage: Record) -> Iterator[int]:
@@ -174,7 +174,7 @@ class Proposals:
     notes: tuple[str, ...] = ()
 
 
-def proposals(stated: Sequence[Stated], of_faces: Callable[[Sequence[int]], Sequence[Feature]]) -> Proposals:
+def proposals(stated: Sequence[StatedTolerance], of_faces: Callable[[Sequence[int]], Sequence[Feature]]) -> Proposals:
     """Proposes characteristics. `of_faces`: the profile's features that faces leave, by their records' numbers."""
     found: list[Characteristic] = []
     notes: list[str] = []
@@ -210,47 +210,47 @@ def fitting(proposed: Sequence[Characteristic], profile: Profile) -> Proposals:
     return Proposals(tuple(found), tuple(notes))
 
 
-def _made(one: Stated, on: Sequence[Sequence[Feature]]) -> Iterator[Characteristic]:
-    first, quantity = on[0][0], _quantity(one, on)
-    if quantity is None or (one.lower is None and one.upper is None and not one.fit):
+def _made(tolerance: StatedTolerance, on: Sequence[Sequence[Feature]]) -> Iterator[Characteristic]:
+    first, quantity = on[0][0], _quantity(tolerance, on)
+    if quantity is None or (tolerance.lower is None and tolerance.upper is None and not tolerance.fit):
         return
     if quantity is Quantity.LENGTH:
-        yield _limited(one, f"{first.name} to {on[1][0].name}", quantity, first.name, other=on[1][0].name)
+        yield _limited(tolerance, f"{first.name} to {on[1][0].name}", quantity, first.name, other=on[1][0].name)
         return
     for feature in on[0]:
-        stated = _to_the_axis(one, feature) if quantity is Quantity.ANGLE else one
+        stated = _to_the_axis(tolerance, feature) if quantity is Quantity.ANGLE else tolerance
         if stated is not None:
             yield _limited(stated, f"{feature.name} {quantity}", quantity, feature.name)
 
 
-def _to_the_axis(one: Stated, cone: Feature) -> Stated | None:
+def _to_the_axis(tolerance: StatedTolerance, cone: Feature) -> StatedTolerance | None:
     """An angle of a cone counted to the axis: a file may say the cone's own, which is twice that."""
     along_x, along_z = (abs(float(part)) for part in cone.tangent(0.0))
     has = math.degrees(math.atan2(along_x, along_z))
     for factor in (1.0, 0.5):
-        if one.nominal is not None and abs(one.nominal * factor - has) < SAME_DEG:
-            low, high = (None if size is None else size * factor for size in (one.lower, one.upper))
-            return replace(one, nominal=one.nominal * factor, lower=low, upper=high)
+        if tolerance.nominal is not None and abs(tolerance.nominal * factor - has) < SAME_DEG:
+            low, high = (None if size is None else size * factor for size in (tolerance.lower, tolerance.upper))
+            return replace(tolerance, nominal=tolerance.nominal * factor, lower=low, upper=high)
     return None
 
 
-def _quantity(one: Stated, on: Sequence[Sequence[Feature]]) -> Quantity | None:
+def _quantity(tolerance: StatedTolerance, on: Sequence[Sequence[Feature]]) -> Quantity | None:
     """Returns the quantity of a dimension on the profile; None if the profile does not show it."""
     kinds = {kind_of(feature) for group in on for feature in group}
-    if one.kind == "diameter" and kinds == {"cylinder"}:
+    if tolerance.kind == "diameter" and kinds == {"cylinder"}:
         return Quantity.DIAMETER
-    if one.kind in RADII and kinds == {"arc"}:
+    if tolerance.kind in RADII and kinds == {"arc"}:
         return Quantity.RADIUS
-    if one.kind == "angle" and kinds == {"cone"} and len(on) == 1:
+    if tolerance.kind == "angle" and kinds == {"cone"} and len(on) == 1:
         return Quantity.ANGLE
-    if one.kind == "linear distance" and kinds == {"face"} and len(on) == 2:
+    if tolerance.kind == "linear distance" and kinds == {"face"} and len(on) == 2:
         return Quantity.LENGTH
-    if one.kind == "straightness" and all(not isinstance(feature, Arc) for feature in on[0]):
+    if tolerance.kind == "straightness" and all(not isinstance(feature, Arc) for feature in on[0]):
         return Quantity.FORM
     return None
 
 
-def _limited(one: Stated, name: str, quantity: Quantity, feature: str, other: str = "") -> Characteristic:
+def _limited(one: StatedTolerance, name: str, quantity: Quantity, feature: str, other: str = "") -> Characteristic:
     return Characteristic(
         name=name,
         quantity=quantity,
@@ -263,7 +263,7 @@ def _limited(one: Stated, name: str, quantity: Quantity, feature: str, other: st
     )
 
 
-def _limits(one: Stated) -> str:
-    nominal = "" if one.nominal is None else f"{one.nominal:.4f} "
-    limits = " to ".join("…" if value is None else f"{value:.4f}" for value in (one.lower, one.upper))
-    return nominal + (one.fit or (limits if limits != "… to …" else "without limits"))
+def _limits(tolerance: StatedTolerance) -> str:
+    nominal = "" if tolerance.nominal is None else f"{tolerance.nominal:.4f} "
+    limits = " to ".join("…" if value is None else f"{value:.4f}" for value in (tolerance.lower, tolerance.upper))
+    return nominal + (tolerance.fit or (limits if limits != "… to …" else "without limits"))

@@ -131,17 +131,17 @@ def _from(value: float, low: float, period: float) -> float:
     return low + (value - low) % period if period else value
 
 
-def _with_material_right(one: Meridian, axis: Axis) -> Meridian:
+def _with_material_right(meridian: Meridian, axis: Axis) -> Meridian:
     """The face's own normal, out of the material, must be on the left."""
-    occ, half = kernel(), one.feature.length_mm / 2
-    at = axis.at(one.middle_mm, 0.0)
-    surface = occ.surface_of(one.face.handle)
+    occ, half = kernel(), meridian.feature.length_mm / 2
+    at = axis.at(meridian.middle_mm, 0.0)
+    surface = occ.surface_of(meridian.face.handle)
     uv = occ.SurfacePlaces(surface).ValueOfUV(occ.Pnt(*at.tolist()), WITHIN_MM)
     normal = xyz(occ.Differential(surface, uv.X(), uv.Y(), 1, PARALLEL).Normal())
-    x, z = one.feature.outward_normal(half)
+    x, z = meridian.feature.outward_normal(half)
     out = float(normal @ (axis.at((float(x), float(z)), 0.0) - axis.origin))
-    out *= -1 if one.face.handle.Orientation() == occ.REVERSED else 1
-    return one if out > 0 else replace(one, feature=one.feature.reversed())
+    out *= -1 if meridian.face.handle.Orientation() == occ.REVERSED else 1
+    return meridian if out > 0 else replace(meridian, feature=meridian.feature.reversed())
 
 
 def _curves(face: CadFace, axis: Axis) -> list[Meridian]:

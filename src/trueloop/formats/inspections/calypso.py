@@ -16,7 +16,7 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts, Unit
 from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of, quantity_of, require_order
 from trueloop.formats.inspections.shared.text import beginning, moment, number_in, order_of, read_decoded
@@ -51,7 +51,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return {"planid", "partnb"} <= set(names) or {*NEEDED, "uppertol", "lowertol"} <= set(names)
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads the parts of a table of characteristics. Raises MSR-UNIT, as the table names no unit, MSR-NUMBER,
     MSR-EXCHANGED, and MSR-MEANING for the header or the features alone.
     """

@@ -30,7 +30,7 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.shared.quantities import characteristics_of
 from trueloop.formats.inspections.shared.text import decoded, number_in, read_decoded
@@ -82,7 +82,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return named and len(names - {*COLUMNS, NOTE, ""}) <= 1
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """The readings, one inspection for each part, instrument and operator. Raises MSR errors with line and column."""
     text, encoding = read_decoded(path)
     file = csv_of(text, path, KIND)

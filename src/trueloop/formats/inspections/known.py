@@ -13,7 +13,7 @@ from trueloop.formats.inspections import calypso, pc_dmis, plate, serial_gauge
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.dmis import reader as dmis
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, StatedFacts
 from trueloop.formats.inspections.qdas import reader as qdas
 from trueloop.formats.inspections.qif import reader as qif
 from trueloop.formats.inspections.shared.text import HINT, decoded
@@ -35,7 +35,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return "point" in names and bool(names.intersection(NOMINAL))
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads one inspection of a part that the file does not name. Raises TCH errors."""
     del stated  # every column says its unit
     with in_file(path):
@@ -68,7 +68,7 @@ HEAD: Final = 65_536
 
 
 @put_off()
-def read_measured_file(path: Path, stated: Stated) -> MeasuredFile:
+def read_measured_file(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads a file's inspections. Raises MSR errors with their places; MSR-FORMAT where no format is recognised."""
     with readable(path, Code.MSR_FILE, hint=HINT), path.open("rb") as file:
         head = file.read(HEAD)

@@ -37,7 +37,7 @@ class MeasuredFile:
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedFacts:
     """The user's statements about a file that it lacks. None: not stated.
 
     `unit` is that of its lengths, `mapping` the file with the meanings of its columns, `variables` those of a control's
@@ -57,4 +57,4 @@ class Format:
 
     name: str
     recognises: Callable[[Path, bytes], bool]
-    read: Callable[[Path, Stated], MeasuredFile]
+    read: Callable[[Path, StatedFacts], MeasuredFile]

@@ -14,7 +14,7 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.shared.checks import (
     filled_in,
     half_digits,
@@ -214,7 +214,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return any(HEADING.match(line) and len(line.split()) > 2 for line in beginning(head).splitlines())
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads the runs of a report. Raises MSR-UNIT where a dimension names no unit, MSR-NUMBER, MSR-EXCHANGED, and
     MSR-VALUE where the report has no value.
     """
@@ -264,7 +264,7 @@ def _number(row: Line, name: str, path: Path) -> float | None:
     return number_in(text, path, row.line) if NUMBER.match(text.lstrip("+-")) else None
 
 
-def _value(block: Block, row: Line, path: Path, stated: Stated, signed: bool) -> _Value:
+def _value(block: Block, row: Line, path: Path, stated: StatedFacts, signed: bool) -> _Value:
     """Raises MSR-UNIT, MSR-NUMBER, MSR-EXCHANGED."""
     axis = row.cells["axis"].upper()
     quantity = AXIS.get(axis) or (quantity_in(block.what.split(" OF ")[0].split(" FROM ")[0]) if axis == "M" else None)
@@ -308,7 +308,7 @@ def _value(block: Block, row: Line, path: Path, stated: Stated, signed: bool) ->
     return _Value(reading, None if zone else deviation, outside, rounding)
 
 
-def _factor(block: Block, path: Path, stated: Stated) -> float:
+def _factor(block: Block, path: Path, stated: StatedFacts) -> float:
     unit = block.unit if block.unit in FACTOR and block.unit != "DEG" else (stated.unit or "").upper()
     if unit in FACTOR:
         return FACTOR[unit]

@@ -16,7 +16,7 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of
 from trueloop.formats.inspections.shared.text import beginning, moment, number_in, order_of, read_decoded
@@ -32,7 +32,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return any(_is_heading(line) for line in beginning(head).splitlines())
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads the plate as one part, four readings a hole. Raises MSR-UNIT, MSR-NUMBER, MSR-VALUE, MSR-TIME."""
     text, encoding = read_decoded(path)
     lines = list(enumerate(text.splitlines(), 1))

@@ -16,7 +16,7 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts, Unit
 from trueloop.formats.inspections.shared.checks import numbered
 from trueloop.formats.inspections.shared.text import beginning, number_in, read_decoded
 from trueloop.units import MM_PER_INCH
@@ -34,7 +34,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return any(LINE.fullmatch(line) for line in lines) and all(known)
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads the values of each channel, in order. Raises MSR-UNIT, MSR-NUMBER, MSR-VALUE where none is left."""
     text, encoding = read_decoded(path)
     lines = [(line, content.strip()) for line, content in enumerate(text.splitlines(), 1) if content.strip()]

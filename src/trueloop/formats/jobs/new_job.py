@@ -98,23 +98,23 @@ ROUNDED: Final = 9
 """Decimals of a size: conversions of inches end there."""
 
 
-def characteristics_toml(asked: Sequence[Characteristic]) -> str:
+def characteristics_toml(characteristics: Sequence[Characteristic]) -> str:
     """A `[[part.characteristic]]` for each, lengths in mm; they follow a `[part]` table in mm. "" for none."""
-    return "".join("\n" + "\n".join(_table(one)) + "\n" for one in asked)
+    return "".join("\n" + "\n".join(_table(one)) + "\n" for one in characteristics)
 
 
-def _table(one: Characteristic) -> Iterator[str]:
+def _table(characteristic: Characteristic) -> Iterator[str]:
     yield "[[part.characteristic]]"
-    yield f"name = {quoted(one.name)}"
-    yield f"quantity = {quoted(one.quantity)}"
-    yield f"feature = {quoted(one.feature)}"
-    if one.other:
-        yield f"other = {quoted(one.other)}"
-    if one.nominal:
-        yield f"nominal = {round(one.nominal, ROUNDED)!r}"
-    if one.tolerance:
-        yield f"tolerance = {quoted(one.tolerance)}"
+    yield f"name = {quoted(characteristic.name)}"
+    yield f"quantity = {quoted(characteristic.quantity)}"
+    yield f"feature = {quoted(characteristic.feature)}"
+    if characteristic.other:
+        yield f"other = {quoted(characteristic.other)}"
+    if characteristic.nominal:
+        yield f"nominal = {round(characteristic.nominal, ROUNDED)!r}"
+    if characteristic.tolerance:
+        yield f"tolerance = {quoted(characteristic.tolerance)}"
         return
-    for key, limit in (("lower_limit", one.lower_limit), ("upper_limit", one.upper_limit)):
+    for key, limit in (("lower_limit", characteristic.lower_limit), ("upper_limit", characteristic.upper_limit)):
         if limit is not None:
             yield f"{key} = {round(limit, ROUNDED)!r}"

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from trueloop.formats.option_tables import with_options
 from trueloop.formats.toml_tables import Count, Finite, In, Moment, NotNegative, Table, Vector
 from trueloop.nc.match.cutting_edge import Corner
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.turned.options import Options
 
 
@@ -85,10 +85,10 @@ class ToolsTable(ToolTable):
         return self
 
     @property
-    def called(self) -> Called:
+    def called(self) -> CalledOffset:
         """As the program calls it."""
         assert self.number is not None
-        return Called(self.number, self.table_edge or 1)
+        return CalledOffset(self.number, self.table_edge or 1)
 
 
 class CutByTable(Table):
@@ -104,9 +104,9 @@ class CutByTable(Table):
     """Name of the set-up of [[setups]] that leaves its surface."""
 
     @property
-    def called(self) -> Called | None:
+    def called(self) -> CalledOffset | None:
         """As the program calls it; None: the feature is left alone, or its tool is not decided."""
-        return Called(self.tool, self.edge) if self.tool else None
+        return CalledOffset(self.tool, self.edge) if self.tool else None
 
     @property
     def left_alone(self) -> bool:

@@ -94,7 +94,7 @@ def _on_grid(rows: Rows, position: Array, displacement: Array) -> Field:
     return table_field(axes[0], axes[1], axes[2], displacement[np.argsort(node)])
 
 
-def _first_missing(known: Integers) -> int:
+def _first_missing(integers: Integers) -> int:
     """The least number from 0 that is not in an ascending list."""
-    late = np.flatnonzero(known != np.arange(len(known)))
-    return int(late[0]) if len(late) else len(known)
+    late = np.flatnonzero(integers != np.arange(len(integers)))
+    return int(late[0]) if len(late) else len(integers)

@@ -49,15 +49,15 @@ class CsvFile:
     lines: Sequence[tuple[int, str]]
     comments: Sequence[tuple[int, str]]
 
-    def rows(self, known: Collection[str], endings: tuple[str, ...] = ()) -> "Rows":
+    def rows(self, names: Collection[str], endings: tuple[str, ...] = ()) -> "Rows":
         """Returns the rows. Raises for a column that is neither known nor ends so: mistyped, it would be ignored."""
         for place, name in enumerate(self.header, 1):
             if name in self.header[: place - 1]:
                 raise self.refusal(
                     f"column {name!r} is there {self.header.count(name)} times", place, "keep one of them"
                 )
-            if name not in known and name != NOTE and not name.endswith(endings):
-                raise self.refusal(f"column {name!r} is not one of {len(known)} known", place, _instead(name, known))
+            if name not in names and name != NOTE and not name.endswith(endings):
+                raise self.refusal(f"column {name!r} is not one of {len(names)} known", place, _instead(name, names))
         cells = [self._cells(line, text) for line, text in self.lines[1:]]
         return Rows(
             path=self.path,
@@ -181,19 +181,19 @@ _OTHER_UNITS: Final = {
 }
 
 
-def _instead(name: str, known: Collection[str]) -> str:
+def _instead(name: str, names: Collection[str]) -> str:
     """Hint: a name that is nearly right. One in another unit would take the values for what they are not."""
     stem, _, unit = name.lower().rpartition("_")
-    lowered = {other.lower(): other for other in known}
+    lowered = {other.lower(): other for other in names}
     if stem and unit in _OTHER_UNITS and name.lower() not in lowered:
-        of_unit = [other for other in known if other.lower().rpartition("_")[2] == unit]
+        of_unit = [other for other in names if other.lower().rpartition("_")[2] == unit]
         near = difflib.get_close_matches(name.lower(), map(str.lower, of_unit), n=1, cutoff=0.8)
-        units = [other for other in known if other.lower().rpartition("_")[0] == stem]
+        units = [other for other in names if other.lower().rpartition("_")[0] == stem]
         if not near:
-            return f"convert it: known are {', '.join(units or known)}, and signals in {', '.join(SIGNAL_UNITS)}"
+            return f"convert it: known are {', '.join(units or names)}, and signals in {', '.join(SIGNAL_UNITS)}"
     else:
         near = difflib.get_close_matches(name.lower(), lowered, n=1)
-    return f"did you mean {lowered[near[0]]!r}?" if near else f"take it out; known are {', '.join(known)}"
+    return f"did you mean {lowered[near[0]]!r}?" if near else f"take it out; known are {', '.join(names)}"
 
 
 SIGNAL_UNITS: Final = tuple(SIGNALS)

@@ -148,7 +148,7 @@ def _no_such(row: str, what: str, identity: Identity) -> Finding:
 
 
 @dataclass(frozen=True)
-class Checked:
+class StoreCheck:
     """The findings of a check, and how many rows it read."""
 
     rows: int
@@ -164,7 +164,7 @@ class _Pass:
     facts: Facts = field(default_factory=Facts)
 
 
-def check_store(store: Store, progress: Callable[[str], None] = lambda _: None) -> Checked:
+def check_store(store: Store, progress: Callable[[str], None] = lambda _: None) -> StoreCheck:
     """Compares all that is stored with its hashes, then what the rows say of each other.
 
     `progress` is given what is being done. Where pages of a file are damaged, its rows may hold anything: they are not
@@ -173,7 +173,7 @@ def check_store(store: Store, progress: Callable[[str], None] = lambda _: None) 
     progress(f"checking {store.where}: hashes")
     damaged = damage(store)
     if any(one.row is None for one in damaged):
-        return Checked(0, tuple(map(_damaged, damaged)))
+        return StoreCheck(0, tuple(map(_damaged, damaged)))
     over = _Pass()
     for kind in KINDS:
         progress(f"checking {store.where}: {kind.table}")
@@ -187,7 +187,7 @@ def check_store(store: Store, progress: Callable[[str], None] = lambda _: None) 
     facts, unreadable = over.facts, {one.values.get("row") for one in over.findings}
     more = [one for one in map(_damaged, damaged) if one.values["row"] not in unreadable]
     odd = (*odd_links(facts), *odd_labels(facts), *odd_order(facts), *odd_times(facts))
-    return Checked(over.rows, (*over.findings, *more, *odd))
+    return StoreCheck(over.rows, (*over.findings, *more, *odd))
 
 
 def _damaged(one: Damage) -> Finding:
@@ -229,9 +229,9 @@ def _unreadable(row: str, wrong: Exception) -> Finding:
     return _finding(row, f"{row} cannot be read: {why}")
 
 
-def _finding(row: str, said: str) -> Finding:
+def _finding(row: str, text: str) -> Finding:
     hint = "restore the store from a backup: trueloop db restore"
-    return Finding(Severity.ERROR, Code.STO_DAMAGED, said, hint, values={"row": row})
+    return Finding(Severity.ERROR, Code.STO_DAMAGED, text, hint, values={"row": row})
 
 
 def _clock(before: Kept[Any] | None, kept: Kept[Any]) -> Iterator[Finding]:

@@ -231,5 +231,5 @@ def _quarantines(store: Store, whole: Life) -> Iterator[Entry]:
             yield _entry(kept, word.at, text, [f"of {row_name(Cut, cut.row)} ({cut.value.stage})"])
 
 
-def _entry(kept: Kept[Any], at: datetime | None, said: str, links: Sequence[str]) -> Entry:
-    return Entry(row_name(type(kept.value), kept.row), at, kept.kept_at, said, tuple(links))
+def _entry(kept: Kept[Any], at: datetime | None, text: str, links: Sequence[str]) -> Entry:
+    return Entry(row_name(type(kept.value), kept.row), at, kept.kept_at, text, tuple(links))

@@ -11,7 +11,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import Correction
 from trueloop.errors import Code, Place, Severity, TrueloopError, in_file
 from trueloop.formats.input_file import readable
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.record_file import read_record
 from trueloop.jobs.db.copied import HEAD, is_export, keep_lines, read_export
@@ -27,7 +27,7 @@ NO_TYPE = PartType("")
 
 
 @dataclass(frozen=True)
-class Inspected:
+class InspectionOptions:
     """Options for inspection files: the job of their part, its serial number, unit and mapping.
 
     `heed_labels`: a label in a file's name says of which part it is, and must not contradict what else is known.
@@ -35,11 +35,11 @@ class Inspected:
 
     job: Path | None = None
     serial: str = ""
-    stated: Stated = field(default_factory=Stated)
+    stated: StatedFacts = field(default_factory=StatedFacts)
     heed_labels: bool = True
 
 
-def read_inspections(path: Path, of: Inspected) -> tuple[Inspection, ...]:
+def read_inspections(path: Path, of: InspectionOptions) -> tuple[Inspection, ...]:
     """Reads the inspections of a file, each with its part. Raises STO-PART, LAB-LINK, and what reading refuses."""
     files = None if of.job is None else JobFiles.of(of.job)
     read = _touches(path, files.job) if files is not None and _is_touches(path) else _measured(path, of, files)
@@ -58,7 +58,7 @@ def _touches(path: Path, job: Job) -> Iterator[Inspection]:
     yield read_inspection(path, job)
 
 
-def _measured(path: Path, of: Inspected, files: JobFiles | None) -> Iterator[Inspection]:
+def _measured(path: Path, of: InspectionOptions, files: JobFiles | None) -> Iterator[Inspection]:
     """Yields the inspections of gauge and measuring machine files. Errors on the job's part are refused."""
     part = None if files is None else PartOfJob(files.job.part.name, files.profile(), files.sources.files)
     for one in read_measured(path, of.stated, part).on_part:
@@ -68,7 +68,7 @@ def _measured(path: Path, of: Inspected, files: JobFiles | None) -> Iterator[Ins
         yield one.inspection
 
 
-def _with_part(path: Path, inspection: Inspection, of: Inspected, job: Job | None) -> Inspection:
+def _with_part(path: Path, inspection: Inspection, of: InspectionOptions, job: Job | None) -> Inspection:
     """With the type of the job, else of the file or label, and the serial number of the file, user, job or label."""
     label = next((one for one in labels_in(path.name) if isinstance(one, PartLabel)), None) if of.heed_labels else None
     of_label = Part(NO_TYPE) if label is None else Part(PartType(label.number, "", label.material), label.copy)
@@ -98,9 +98,9 @@ def _check_labels(path: Path, part: Part) -> None:
                 raise error
 
 
-def _other_serial(path: Path, asked: str, found: str) -> TrueloopError:
+def _other_serial(path: Path, stated: str, serial: str) -> TrueloopError:
     return Code.STO_PART.refusal(
-        f"{path.name!r} is of serial number {found!r}, not of {asked!r}",
+        f"{path.name!r} is of serial number {serial!r}, not of {stated!r}",
         hint="leave --serial out: the file says of which part it is",
         place=Place(str(path)),
     )
@@ -137,7 +137,7 @@ class Imported:
 
 
 def import_files(
-    store: Store, paths: Sequence[Path], of: Inspected, progress: Callable[[str], None] = lambda _: None
+    store: Store, paths: Sequence[Path], of: InspectionOptions, progress: Callable[[str], None] = lambda _: None
 ) -> Iterator[Imported]:
     """Files one after the other, each kept when it is yielded; `progress` is given what is being done.
 
@@ -150,7 +150,7 @@ def import_files(
         yield _of_export(store, path, progress) if is_export(beginning) else _of_values(store, path, beginning, of)
 
 
-def _of_values(store: Store, path: Path, beginning: bytes, of: Inspected) -> Imported:
+def _of_values(store: Store, path: Path, beginning: bytes, of: InspectionOptions) -> Imported:
     if beginning.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
         record = read_record(path)
         known = (one for one in record.inspections if one.part.serial)

@@ -36,14 +36,14 @@ def given_model(path: Path) -> GivenModel:
 
 
 def both_of_machine(
-    store: Store, given: GivenModel, part_types: Collection[str] = (), accept: Collection[str] = ()
+    store: Store, model: GivenModel, part_types: Collection[str] = (), accept: Collection[str] = ()
 ) -> tuple[list[BothSeen], list[Finding]]:
     """Returns all parts of the model's machine, in the order in which they were kept; without those in quarantine.
 
     Raises DIA-NONE where there is none, DIA-PART for a part of a machine of that name with another serial number, which
     `accept` leaves out. A note DIA-MODEL names which parts were cut under another model.
     """
-    machine = given.model.machine
+    machine = model.model.machine
     kept = [one.value for one in find(store, BothInspections, machine=machine.name)]
     of_type = [one for one in kept if not part_types or one.part.part_type.name in part_types]
     if not of_type:
@@ -71,50 +71,50 @@ def both_of_machine(
             Finding(Severity.NOTE, Code.DIA_FEW, message, hint, values={"count": len(own) - len(serials), "needed": 2})
         )
     own = [one for one in own if one.part.identity not in out]
-    findings += cut_under_others(own, given.sha256)
+    findings += cut_under_others(own, model.sha256)
     inspections = {one.value.identity: one.value for one in find(store, Inspection)} if own else {}
-    return [both_seen(one, inspections, given.model) for one in own], findings
+    return [both_seen(one, inspections, model.model) for one in own], findings
 
 
-def both_seen(one: BothInspections, inspections: Mapping[Identity, Inspection], model: MachineModel) -> BothSeen:
+def both_seen(pair: BothInspections, inspections: Mapping[Identity, Inspection], model: MachineModel) -> BothSeen:
     """Converts both inspections for a diagnosis. Raises DIA-PART where they are not of the same points of that part."""
-    on_machine, on_cmm = (inspections.get(identity) for identity in (one.on_machine, one.on_cmm))
+    on_machine, on_cmm = (inspections.get(identity) for identity in (pair.on_machine, pair.on_cmm))
     if on_machine is None or on_cmm is None:
-        raise _not_alike(one, "one of its two inspections is not in the store, or was superseded")
-    if {on_machine.part.identity, on_cmm.part.identity} != {one.part.identity}:
-        raise _not_alike(one, "its two inspections are kept as of other parts")
+        raise _not_alike(pair, "one of its two inspections is not in the store, or was superseded")
+    if {on_machine.part.identity, on_cmm.part.identity} != {pair.part.identity}:
+        raise _not_alike(pair, "its two inspections are kept as of other parts")
     nominal, normal, controller = _arrays(on_machine)
     other_nominal, _, cmm = _arrays(on_cmm)
     if nominal.shape != other_nominal.shape or not np.allclose(nominal, other_nominal, atol=1e-6):
-        raise _not_alike(one, f"{len(nominal)} and {len(other_nominal)} points are not the same gauging points")
-    comp_proc_mm = np.array(one.comp_proc_mm) if one.comp_proc_mm else 0.0
+        raise _not_alike(pair, f"{len(nominal)} and {len(other_nominal)} points are not the same gauging points")
+    comp_proc_mm = np.array(pair.comp_proc_mm) if pair.comp_proc_mm else 0.0
     seen = Inspections(
         nominal_mm=nominal,
         normal=normal,
         controller_mm=controller,
         cmm_mm=cmm,
-        touch_u_mm=one.touch_u_mm,
-        cmm_u_mm=one.cmm_u_mm,
+        touch_u_mm=pair.touch_u_mm,
+        cmm_u_mm=pair.cmm_u_mm,
         comp_proc_mm=comp_proc_mm,
     )
     names = tuple(point.name for point in on_machine.points)
-    cutting, probing = (_state(model, seen, stood) for stood in (one.cutting, one.probing))
-    kind = one.part.part_type.name
+    cutting, probing = (_state(model, seen, stood) for stood in (pair.cutting, pair.probing))
+    kind = pair.part.part_type.name
     return BothSeen(
-        serial=one.part.serial,
+        serial=pair.part.serial,
         part_type=kind,
         points=names,
         seen=seen,
         cutting=cutting,
         probing=probing,
-        compensated=one.compensated,
-        new_frame=one.new_frame,
+        compensated=pair.compensated,
+        new_frame=pair.new_frame,
     )
 
 
-def _state(model: MachineModel, seen: Inspections, stood: MachineStood) -> State:
+def _state(model: MachineModel, inspections: Inspections, stood: MachineStood) -> State:
     tools = stood.tools_mm[0] if len(stood.tools_mm) == 1 else np.array(stood.tools_mm)
-    return states_of(model, seen, stood.work_zero_mm, tools, stood.signals)
+    return states_of(model, inspections, stood.work_zero_mm, tools, stood.signals)
 
 
 def _arrays(of: Inspection) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -130,21 +130,21 @@ def _accepted(refusal: TrueloopError, accept: Collection[str]) -> Finding:
     return Finding(Severity.WARNING, refusal.code, refusal.message, refusal.hint, values=refusal.values)
 
 
-def _other_machine(one: BothInspections, serial: str) -> TrueloopError:
+def _other_machine(pair: BothInspections, serial: str) -> TrueloopError:
     return Code.DIA_PART.refusal(
-        f"part {one.part.serial!r} was cut on {one.machine.name!r} with serial number {one.machine.serial!r}, the "
+        f"part {pair.part.serial!r} was cut on {pair.machine.name!r} with serial number {pair.machine.serial!r}, the "
         f"model is of {serial!r}",
         hint="every machine errs in its own way: name the model of that machine",
         override="--accept DIA-PART",
-        values={"part": one.part.serial},
+        values={"part": pair.part.serial},
     )
 
 
-def _not_alike(one: BothInspections, why: str) -> TrueloopError:
+def _not_alike(pair: BothInspections, why: str) -> TrueloopError:
     return Code.DIA_PART.refusal(
-        f"part {one.part.serial!r}: {why}",
+        f"part {pair.part.serial!r}: {why}",
         hint="decompose it again: `trueloop machine decompose --serial … --supersede`",
-        values={"part": one.part.serial},
+        values={"part": pair.part.serial},
     )
 
 

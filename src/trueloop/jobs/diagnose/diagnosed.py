@@ -22,7 +22,7 @@ from trueloop.storage.store import Store
 
 
 @dataclass(frozen=True)
-class Asked:
+class DiagnosisOptions:
     """Options of a diagnosis: part type, job that gives the profile, model; `accept` are codes."""
 
     part_type: str | None = None
@@ -31,11 +31,11 @@ class Asked:
     accept: tuple[str, ...] = ()
 
 
-def sources_of(store: Store, asked: Asked, part_type: str | None) -> Sources:
+def sources_of(store: Store, options: DiagnosisOptions, part_type: str | None) -> Sources:
     """Collects the records of a part type, where its features lie, and the model. Raises DIA-NONE."""
     records = read_records(store, part_type)
-    model = None if asked.model is None else given_model(asked.model)
-    return Sources(store, records, _places(records, asked.job), model, asked.accept)
+    model = None if options.model is None else given_model(options.model)
+    return Sources(store, records, _places(records, options.job), model, options.accept)
 
 
 def _profile(job: Path, part_type: str) -> Profile:
@@ -55,24 +55,24 @@ def _places(records: Records, job: Path | None) -> Mapping[str, FeaturePlace]:
 T = TypeVar("T", PartDiagnosisShape, SeriesDiagnosisShape)
 
 
-def part(store: Store, serial: str, asked: Asked) -> PartDiagnosisShape:
+def part(store: Store, serial: str, options: DiagnosisOptions) -> PartDiagnosisShape:
     """Diagnoses one part that one edge cut, or what one edge cut of it. Raises DIA errors, those of job and model."""
-    return _only(parts(store, serial, asked))
+    return _only(parts(store, serial, options))
 
 
-def parts(store: Store, serial: str, asked: Asked) -> list[PartDiagnosisShape]:
+def parts(store: Store, serial: str, options: DiagnosisOptions) -> list[PartDiagnosisShape]:
     """Diagnoses one part: what each edge cut of it, where several did."""
-    return [_part(store, one, asked) for one in part_named(store, serial, asked.part_type).shares]
+    return [_part(store, one, options) for one in part_named(store, serial, options.part_type).shares]
 
 
-def _part(store: Store, named: Part, asked: Asked) -> PartDiagnosisShape:
-    sources = sources_of(store, asked, named.part_type.name)
+def _part(store: Store, named: Part, options: DiagnosisOptions) -> PartDiagnosisShape:
+    sources = sources_of(store, options, named.part_type.name)
     parts, findings = parts_of(sources)
     own = next((one for one in parts if one.part.identity == named.identity), None)
     if own is None:
         raise _not_inspected(named.serial, quarantined=named.identity in sources.records.out)
     done = diagnose_part(
-        own, parts, sources.places, None if sources.model is None else sources.model.model, asked.accept
+        own, parts, sources.places, None if sources.model is None else sources.model.model, options.accept
     )
     return part_shape(
         named.part_type.name,
@@ -85,29 +85,29 @@ def _part(store: Store, named: Part, asked: Asked) -> PartDiagnosisShape:
     )
 
 
-def series(store: Store, asked: Asked) -> SeriesDiagnosisShape:
+def series(store: Store, options: DiagnosisOptions) -> SeriesDiagnosisShape:
     """Diagnoses all parts of a type that one edge cut, or what one edge cut of them."""
-    return _only(every_series(store, asked))
+    return _only(every_series(store, options))
 
 
-def every_series(store: Store, asked: Asked) -> list[SeriesDiagnosisShape]:
+def every_series(store: Store, options: DiagnosisOptions) -> list[SeriesDiagnosisShape]:
     """Diagnoses all parts of a type: what each edge cut of them, where several did."""
-    return [_series(store, name, asked) for name in types_of(store, asked.part_type)]
+    return [_series(store, name, options) for name in types_of(store, options.part_type)]
 
 
-def _series(store: Store, part_type: str, asked: Asked) -> SeriesDiagnosisShape:
-    sources = sources_of(store, asked, part_type)
+def _series(store: Store, part_type: str, options: DiagnosisOptions) -> SeriesDiagnosisShape:
+    sources = sources_of(store, options, part_type)
     parts, findings = parts_of(sources)
-    done = diagnose_series(parts, sources.places, asked.accept)
+    done = diagnose_series(parts, sources.places, options.accept)
     return series_shape(sources.records.part_type, done.series, done.causes, (*findings, *done.findings))
 
 
-def _only(found: Sequence[T]) -> T:
-    if len(found) == 1:
-        return found[0]
-    names = ", ".join(repr(one.part_type) for one in found)
+def _only(choices: Sequence[T]) -> T:
+    if len(choices) == 1:
+        return choices[0]
+    names = ", ".join(repr(one.part_type) for one in choices)
     raise Code.DIA_NONE.refusal(
-        f"{len(found)} edges cut the part, each with a diagnosis of its own: {names}",
+        f"{len(choices)} edges cut the part, each with a diagnosis of its own: {names}",
         hint="state `part_type`: one of these names",
     )
 

@@ -18,7 +18,7 @@ from trueloop.domain.part import Part, PartType, WholePart, joined_shares, whole
 from trueloop.domain.record import Correction
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
 from trueloop.storage.store import Kept, Store, find
 
@@ -53,20 +53,20 @@ class Records:
         """Names of the tools that finished the parts."""
         return tuple(dict.fromkeys(name for name in map(tool_of, self.cuts.values()) if name))
 
-    def seen_by(self, one: Inspection) -> SeenBy | None:
+    def seen_by(self, inspection: Inspection) -> SeenBy | None:
         """Returns the kind of device that inspected it as a finished part; None: it was not finished yet.
 
         Stated by a link to a cut, or by both inspections kept together; else touches are the machine's, anything else a
         gauge's or a measuring machine's.
         """
-        if any(one.identity == both.on_machine for both in self.both):
+        if any(inspection.identity == both.on_machine for both in self.both):
             return SeenBy.MACHINE
-        if any(one.identity == both.on_cmm for both in self.both):
+        if any(inspection.identity == both.on_cmm for both in self.both):
             return SeenBy.CMM
-        link = self.links.get(one.identity)
+        link = self.links.get(inspection.identity)
         if link is not None:
             return None if link.cut in self.early else SeenBy.CMM if link.released else SeenBy.MACHINE
-        return SeenBy.MACHINE if one.measured == "touches" else SeenBy.CMM
+        return SeenBy.MACHINE if inspection.measured == "touches" else SeenBy.CMM
 
     def of_part(self, part: Part) -> Mapping[SeenBy, Inspection]:
         """Returns the latest inspection of a finished part by each kind of device."""
@@ -132,23 +132,23 @@ def part_named(store: Store, serial: str, part_type: str | None) -> WholePart:
     )
 
 
-def types_of(store: Store, asked: str | None) -> tuple[str, ...]:
+def types_of(store: Store, part_type: str | None) -> tuple[str, ...]:
     """Returns the part type of that name, or the only one; of a part that several edges cut those of its shares.
 
     Raises DIA-NONE where the store holds none of it, or several.
     """
     known = list(dict.fromkeys(_types(store)))
-    if asked in known or (asked is None and len(known) == 1):
-        return (asked or known[0],)
-    shares = known if asked is None else [one for one in known if one.startswith(f"{asked}, ")]
-    if (whole := whole_of(shares)) is not None and asked in (None, whole):
+    if part_type in known or (part_type is None and len(known) == 1):
+        return (part_type or known[0],)
+    shares = known if part_type is None else [one for one in known if one.startswith(f"{part_type}, ")]
+    if (whole := whole_of(shares)) is not None and part_type in (None, whole):
         return tuple(shares)
-    if asked is None and known:
+    if part_type is None and known:
         message, hint = f"the store holds inspections of {len(known)} part types", "say which: `--type NAME`; "
         raise Code.DIA_NONE.refusal(message, hint=hint + ", ".join(known))
     raise Code.DIA_NONE.refusal(
-        "the store holds 0 inspections" + ("" if asked is None else f" of part type {asked!r}"),
-        hint=_instead(asked or "", known),
+        "the store holds 0 inspections" + ("" if part_type is None else f" of part type {part_type!r}"),
+        hint=_instead(part_type or "", known),
     )
 
 
@@ -156,11 +156,11 @@ def _types(store: Store) -> Iterator[str]:
     yield from (one.value.part.part_type.name for one in find(store, Inspection))
 
 
-def _instead(asked: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(asked, known, n=1)
+def _instead(name: str, names: Sequence[str]) -> str:
+    near = difflib.get_close_matches(name, names, n=1)
     if near:
         return f"did you mean {near[0]!r}?"
-    listed = ", ".join(known[:10])
+    listed = ", ".join(names[:10])
     return f"known are {listed}" if listed else "`trueloop series add` and `trueloop compensate --db` keep inspections"
 
 
@@ -182,7 +182,7 @@ WITHIN_K = 2.0
 
 
 def keep_standard(
-    store: Store, path: Path, part: Part, stated: Stated, by: str = "", *, supersede: bool = False
+    store: Store, path: Path, part: Part, stated: StatedFacts, by: str = "", *, supersede: bool = False
 ) -> KeptFacts:
     """Keeps the calibrated values of a file of one part.
 

@@ -18,7 +18,7 @@ from trueloop.errors import Code, Finding, Severity
 from trueloop.factory.book import read_book
 from trueloop.jobs.diagnose.both import GivenModel, both_seen
 from trueloop.jobs.diagnose.records import Records, tool_of
-from trueloop.loops.diagnosis.part import Inspected
+from trueloop.loops.diagnosis.part import InspectedPart
 from trueloop.loops.post_process.series import SeriesOptions, When, identity_of, parts_in_order, sizes_of
 from trueloop.loops.turned import correction as turned
 from trueloop.storage.store import Store, find
@@ -45,18 +45,18 @@ class Corrections:
         parts = read_book(store, records.part_type, SeriesOptions()).parts if sized else ()
         return cls({one.inspection.part.identity: one.correction_mm for one in parts}, records.corrections)
 
-    def of(self, part: Part, cut: Cut | None, seen: Mapping[SeenBy, Inspection]) -> dict[tuple[str, str], float]:
+    def of(self, part: Part, cut: Cut | None, inspections: Mapping[SeenBy, Inspection]) -> dict[tuple[str, str], float]:
         """Returns what was taken off, by feature and kind of error; 0 and missing are the same."""
         taken: dict[tuple[str, str], float] = {}
-        for name, kind, size_mm in (*self._proposed(part, seen), *self._programmed(cut)):
+        for name, kind, size_mm in (*self._proposed(part, inspections), *self._programmed(cut)):
             taken[(name, str(kind))] = taken.get((name, str(kind)), 0.0) + size_mm
         return taken
 
-    def _proposed(self, part: Part, seen: Mapping[SeenBy, Inspection]) -> Iterator[tuple[str, ErrorKind, float]]:
+    def _proposed(self, part: Part, inspections: Mapping[SeenBy, Inspection]) -> Iterator[tuple[str, ErrorKind, float]]:
         """Returns the corrections of readings: a diameter's is twice that of the radius."""
         by_series = self.by_proposals.get(part.identity, {})
         done: set[Identity] = set()
-        for one in seen.values():
+        for one in inspections.values():
             for asked, _ in sizes_of(one):
                 series = identity_of(one.part.part_type, asked)
                 if series in by_series and series not in done and asked.quantity in KINDS:
@@ -92,7 +92,7 @@ class Sources:
     accept: Collection[str] = ()
 
 
-def parts_of(of: Sources, serials: Collection[str] = ()) -> tuple[list[Inspected], list[Finding]]:
+def parts_of(of: Sources, serials: Collection[str] = ()) -> tuple[list[InspectedPart], list[Finding]]:
     """Parts in cutting order with all that is known of each. With `serials` only these, with their place in the order.
 
     Raises DIA-CLOCK for times of a part that contradict each other, unless it is accepted.
@@ -114,7 +114,7 @@ def parts_of(of: Sources, serials: Collection[str] = ()) -> tuple[list[Inspected
     return [one for one in found if not serials or one.part.serial in serials], findings
 
 
-def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corrections: Corrections) -> Inspected:
+def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corrections: Corrections) -> InspectedPart:
     records = of.records
     cut, seen = records.cuts.get(part.identity), dict(records.of_part(part))
     both = next((one for one in reversed(records.both) if one.part.identity == part.identity), None)
@@ -146,7 +146,7 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
         correction_mm=corrections.of(part, cut, seen),
         standard=part.identity in records.standards,
     )
-    return Inspected(part, made, seen, records.standards.get(part.identity), taken)
+    return InspectedPart(part, made, seen, records.standards.get(part.identity), taken)
 
 
 def _displaced(point: CmmPoint, error_mm: float) -> CmmPoint:
@@ -172,9 +172,9 @@ def _when(records: Records, part: Part) -> When:
     )
 
 
-def _temperatures(seen: Collection[Inspection]) -> Mapping[str, float]:
+def _temperatures(inspections: Collection[Inspection]) -> Mapping[str, float]:
     """Those of an inspection on the machine, else of any."""
-    return next((one.temperatures for one in seen if one.temperatures), {})
+    return next((one.temperatures for one in inspections if one.temperatures), {})
 
 
 def _clocks(records: Records, part: Part, accept: Collection[str]) -> list[Finding]:
@@ -247,8 +247,8 @@ def _set_at(cut: Cut) -> float:
     return 0.0 if at is None else at.timestamp()
 
 
-def _same_edge(one: Cut, other: Cut) -> bool:
-    a, b = one.setting, other.setting
+def _same_edge(cut: Cut, other: Cut) -> bool:
+    a, b = cut.setting, other.setting
     return a is not None and b is not None and a.edge.identity == b.edge.identity
 
 

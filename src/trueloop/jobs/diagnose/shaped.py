@@ -17,7 +17,7 @@ from trueloop.formats.measurements.inspections_csv import read_repeats
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.diagnose.both import GivenModel, both_of_machine, given_model
-from trueloop.jobs.diagnose.diagnosed import Asked, sources_of
+from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions, sources_of
 from trueloop.jobs.diagnose.records import part_named
 from trueloop.jobs.diagnose.seen_series import parts_of
 from trueloop.jobs.machine.machine_model import offer_model
@@ -62,10 +62,12 @@ def fixture_of_file(path: Path, repeatability: Repeatability, accept: Collection
     return shown(path.stem, found, accept)
 
 
-def fixture_of_part(store: Store, serial: str, asked: Asked, repeatability: Repeatability) -> FixtureDiagnosisShape:
+def fixture_of_part(
+    store: Store, serial: str, options: DiagnosisOptions, repeatability: Repeatability
+) -> FixtureDiagnosisShape:
     """Repeats of a part's own points and readings. Raises DIA-NONE and DIA-FEW."""
-    shares = part_named(store, serial, asked.part_type).shares
-    of_shares = [sources_of(store, asked, one.part_type.name) for one in shares]
+    shares = part_named(store, serial, options.part_type).shares
+    of_shares = [sources_of(store, options, one.part_type.name) for one in shares]
     repeats = [
         one
         for sources in of_shares
@@ -79,7 +81,7 @@ def fixture_of_part(store: Store, serial: str, asked: Asked, repeatability: Repe
             hint="touch one point repeatedly right after fixturing, and keep the readings",
             values={"count": 0, "needed": 5},
         )
-    return shown(serial, repeats, asked.accept)
+    return shown(serial, repeats, options.accept)
 
 
 def shown(name: str, repeats: Sequence[Repeats], accept: Collection[str]) -> FixtureDiagnosisShape:
@@ -97,11 +99,11 @@ def limits_of(u_um: float | None, limit_um: float | None) -> Repeatability:
 
 
 def machine_of(
-    store: Store, given: GivenModel, part_types: Collection[str], element: Mapping[str, str], accept: Collection[str]
+    store: Store, model: GivenModel, part_types: Collection[str], element: Mapping[str, str], accept: Collection[str]
 ) -> tuple[MachineDiagnosis, list[Finding]]:
     """Diagnoses the model; returns its verdict, and the findings on the parts."""
-    parts, findings = both_of_machine(store, given, part_types, accept)
-    return diagnose_machine(given.model, parts, element, accept), findings
+    parts, findings = both_of_machine(store, model, part_types, accept)
+    return diagnose_machine(model.model, parts, element, accept), findings
 
 
 def machine(
@@ -117,27 +119,27 @@ T = TypeVar("T", bound=Shape)
 
 
 def write_diagnosis(
-    found: T, name: str, page: Callable[[T, Texts], str], folder: Path | None, language: Language, unit: LengthUnit
+    diagnosis: T, name: str, page: Callable[[T, Texts], str], folder: Path | None, language: Language, unit: LengthUnit
 ) -> list[str]:
     """Writes `name`.json and `name`.html to a folder, both or none; nothing without one. Raises OUT errors."""
     if folder is None:
         return []
     contents = [
-        (f"{name}.json", (found.model_dump_json(indent=1) + "\n").encode()),
-        (f"{name}.html", page(found, Texts(language, unit)).encode()),
+        (f"{name}.json", (diagnosis.model_dump_json(indent=1) + "\n").encode()),
+        (f"{name}.html", page(diagnosis, Texts(language, unit)).encode()),
     ]
     return [str(file) for file in write_all(folder, contents)]
 
 
 def machine_shape(
-    given: GivenModel, done: MachineDiagnosis, findings: Iterable[Finding], refinement: RefinementShape | None = None
+    model: GivenModel, done: MachineDiagnosis, findings: Iterable[Finding], refinement: RefinementShape | None = None
 ) -> MachineDiagnosisShape:
     """Makes the shape: errors the model has wrong, what it left at each point, what the source's own way would name."""
-    seen, verdict, order = done.seen, done.verdict, given.model.machine.chain.order
+    seen, verdict, order = done.seen, done.verdict, model.model.machine.chain.order
     at = np.broadcast_to(seen.state.positions, (len(seen.residual_mm), len(order)))
     return MachineDiagnosisShape(
-        machine=given.model.machine.name,
-        model=f"{given.path.name} {given.sha256[:12]}",
+        machine=model.model.machine.name,
+        model=f"{model.path.name} {model.sha256[:12]}",
         parts=len(done.parts),
         points=len(seen.residual_mm),
         sound=verdict.sound,
@@ -174,12 +176,12 @@ def machine_shape(
     )
 
 
-def _fixturing(one: Repeats) -> FixturingShape:
-    found = one.found
+def _fixturing(repeats: Repeats) -> FixturingShape:
+    found = repeats.found
     return FixturingShape(
-        name=one.what,
-        values_um=[um(float(value)) for value in one.values_mm - one.values_mm.mean()],
-        standard_u_um=one.standard_u_mm * UM_PER_MM,
+        name=repeats.what,
+        values_um=[um(float(value)) for value in repeats.values_mm - repeats.values_mm.mean()],
+        standard_u_um=repeats.standard_u_mm * UM_PER_MM,
         limit_um=None if found.limit_mm is None else found.limit_mm * UM_PER_MM,
         spread=JudgedShape.from_values(found.spread),
         drift=JudgedShape.from_values(found.drift),
@@ -216,7 +218,7 @@ class RefinedModel:
 
 
 def refined(
-    store: Store, model: Path, asked: Refining, out: Path, texts: Texts, accept: Collection[str] = ()
+    store: Store, model: Path, refining: Refining, out: Path, texts: Texts, accept: Collection[str] = ()
 ) -> RefinedModel:
     """Writes the offered model and the page, and keeps the version.
 
@@ -224,9 +226,9 @@ def refined(
     left out, unless it is accepted; MCH-AXIS for an error that the machine does not have.
     """
     given = given_model(model)
-    done, findings = machine_of(store, given, asked.part_types, dict(asked.element), accept)
-    guilty = guilty_of(given.model, asked.errors, done)
-    found = refine(given.model, left_on_parts(done), guilty, share=asked.share)
+    done, findings = machine_of(store, given, refining.part_types, dict(refining.element), accept)
+    guilty = guilty_of(given.model, refining.errors, done)
+    found = refine(given.model, left_on_parts(done), guilty, share=refining.share)
     accepted = [code for code in Code if code in accept]
     require_better(found, accepted)
     offered, kept = offer_model(model, found, out / OFFERED, db=store.where, accept=accepted)

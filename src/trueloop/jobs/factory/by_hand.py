@@ -31,7 +31,7 @@ from trueloop.factory.views.uploads import Remarked
 from trueloop.formats.input_file import read_source
 from trueloop.jobs.factory.hand_job import JOB, MAPPING, SHEET, AskedPart, AskedReadings, HandJob, written_job
 from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
-from trueloop.jobs.factory.uploads import Handed, add_upload, safe_name, upload_of
+from trueloop.jobs.factory.uploads import HandedFile, add_upload, safe_name, upload_of
 from trueloop.jobs.store.where import Keeping
 from trueloop.jobs.turned.compensate import Done, corrected_into
 from trueloop.jobs.turned.job import read_cuts
@@ -41,7 +41,7 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.in_force import keeps_wear
 from trueloop.memory.edge.options import Use
 from trueloop.nc.program.along import feed_moves
-from trueloop.nc.program.called import Called, called
+from trueloop.nc.program.called import CalledOffset, called
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import read_program
 from trueloop.report import still
@@ -75,7 +75,7 @@ ALONE: Final[Use] = "off"
 
 
 @dataclass(frozen=True)
-class Asked:
+class HandRequest:
     """The request of a person: a part, and what was measured of it; None: it is to be shown."""
 
     part: AskedPart
@@ -85,20 +85,20 @@ class Asked:
 
 
 @contextmanager
-def hand_files(store: Store, asked: Asked) -> Iterator[Handed]:
+def hand_files(store: Store, request: HandRequest) -> Iterator[HandedFile]:
     """Yields the program in a temporary folder, with drawing and measurement beside it: files of this account alone.
 
     The folder lies in another one that has nothing else: what lies near a job counts as its own. Raises FAC-UNKNOWN.
     """
-    part, measured = asked.part, asked.measured
-    program = upload_of(store, part.program, asked.by)
+    part, measured = request.part, request.measured
+    program = upload_of(store, part.program, request.by)
     with unnamed_folder() as outer:
         folder = outer / "part"
         folder.mkdir()
         names = list[str]()
         files = {"program": part.program, "drawing": part.drawing, "measured": measured.file if measured else ""}
         for of, sha in files.items():
-            upload = upload_of(store, sha, asked.by) if sha else None
+            upload = upload_of(store, sha, request.by) if sha else None
             names.append("" if upload is None else _free_name(of, upload.name, names))
             if upload is not None:
                 (folder / names[-1]).write_bytes(upload.content)
@@ -110,17 +110,17 @@ def hand_files(store: Store, asked: Asked) -> Iterator[Handed]:
             measured=measured,
             drawing=drawing,
             file=file,
-            operator=asked.by,
-            language=asked.say.language,
-            unit=asked.say.unit,
+            operator=request.by,
+            language=request.say.language,
+            unit=request.say.unit,
         )
         try:
-            yield Handed(str(path), program.name, program.sha256, hand=job)
+            yield HandedFile(str(path), program.name, program.sha256, hand=job)
         except TrueloopError as refused:
             raise without_folder(refused, folder) from refused
 
 
-def part_by_hand(handed: Handed) -> PartByHand:
+def part_by_hand(handed: HandedFile) -> PartByHand:
     """Returns the part that a program cuts, and what to measure of it; what it is refused for stands in the view."""
     asked = _of(handed)
     try:
@@ -133,7 +133,7 @@ def part_by_hand(handed: Handed) -> PartByHand:
         return PartByHand(asked.name, asked.part.dialect or "", problem=problem, question=_question(handed, refused))
 
 
-def tried_by_hand(handed: Handed) -> int:
+def tried_by_hand(handed: HandedFile) -> int:
     """Reads the job and corrects by it without a store, to see that it can be done within limits; returns its touches.
 
     Raises what reading raises; what correcting refuses may be different with a store.
@@ -147,7 +147,7 @@ def tried_by_hand(handed: Handed) -> int:
 
 
 def correct_by_hand(
-    store: Store, asked: Asked, now: datetime, first: Callable[[Handed], object] | None = None
+    store: Store, request: HandRequest, now: datetime, first: Callable[[HandedFile], object] | None = None
 ) -> CorrectedByHand:
     """Corrects by the readings of a person, as `trueloop compensate` does with the store; its files are kept for a day.
 
@@ -156,23 +156,23 @@ def correct_by_hand(
     process does, where it may take any time and memory. Raises what correcting refuses, and STO errors; CMP-CUT-WITH
     for a statement that was made without a correction that the store has.
     """
-    with hand_files(store, asked) as handed:
+    with hand_files(store, request) as handed:
         if first is not None:
             first(handed)
         for left in (JOB, SHEET, "sheet.html"):
             (handed.file.parent / left).unlink(missing_ok=True)
         job, _ = written_job(handed.file, _of(handed))
         files = JobFiles.of(job)
-        require_all_shown(store, asked.part, asked.measured, _tools(files))
+        require_all_shown(store, request.part, request.measured, _tools(files))
         cuts = read_cuts(files)
         serials = [one.part.serial for one in cuts.measured.inspections if one.part.serial]
         keeping, memory = (Keeping(), None) if serials else (None, ALONE)
-        page = PageOptions(asked.say.language, asked.say.unit)
+        page = PageOptions(request.say.language, request.say.unit)
         done = corrected_into(job.parent / OUT, files, cuts, store, keeping, page=page, memory=memory)
         beside = [path for path in (job.parent / name for name in OWN) if path.is_file()]
         made = [(path.name, path.read_bytes()) for path in (*done.files, *beside)]
-    kept = [add_upload(store, name, content, asked.by, now) for name, content in made]
-    return _corrected(done, asked.say, tuple(FileMade(one.name, one.sha256) for one in kept))
+    kept = [add_upload(store, name, content, request.by, now) for name, content in made]
+    return _corrected(done, request.say, tuple(FileMade(one.name, one.sha256) for one in kept))
 
 
 def _free_name(of: str, name: str, taken: Sequence[str]) -> str:
@@ -189,12 +189,12 @@ def _tools(files: JobFiles) -> tuple[str, ...]:
     return tuple(dict.fromkeys(one.words for one in calls if one is not None))
 
 
-def _of(handed: Handed) -> HandJob:
+def _of(handed: HandedFile) -> HandJob:
     assert handed.hand is not None
     return handed.hand
 
 
-def _question(handed: Handed, refused: TrueloopError) -> Unstated | None:
+def _question(handed: HandedFile, refused: TrueloopError) -> Unstated | None:
     about, part = QUESTIONS.get(refused.code), _of(handed).part
     if about is None or (about == "unit" and part.unit) or (about == "dialect" and part.dialect):
         return None
@@ -313,7 +313,7 @@ def _tool_of(of: Correction) -> str:
     edge, wear = of.record.options.get("edge"), of.wear
     if isinstance(edge, str):
         return edge
-    return Called(wear.tool, wear.edge).words if wear.tool else ""
+    return CalledOffset(wear.tool, wear.edge).words if wear.tool else ""
 
 
 def _may_be_of(tool: str, stated: int | None, tools: Sequence[str]) -> bool:

@@ -12,7 +12,7 @@ from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code
 from trueloop.formats.jobs.profile_of_job import quoted
 from trueloop.geometry.profile import Side
-from trueloop.jobs.turned.new import Chosen, Made, Wanted, Zero, gauge_sheet_of, new_job
+from trueloop.jobs.turned.new import Chosen, NewFiles, Wanted, Zero, gauge_sheet_of, new_job
 from trueloop.monitoring.gauge_check import COVERAGE
 from trueloop.turned.options import By
 
@@ -98,14 +98,14 @@ class HandJob:
     unit: LengthUnit = "mm"
 
 
-def written_job(program: Path, asked: HandJob) -> tuple[Path, Made]:
+def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
     """Writes the job beside its program, with the readings, as `trueloop new` does; returns its path and the part.
 
     Raises what `new_job` raises, MSR-FEATURE for a value of a size that is not on the sheet, and SRV-REQUEST for values
     beside a file.
     """
-    folder, part, measured = program.parent, asked.part, asked.measured
-    if measured is not None and asked.file and measured.values:
+    folder, part, measured = program.parent, hand_job.part, hand_job.measured
+    if measured is not None and hand_job.file and measured.values:
         raise Code.SRV_REQUEST.refusal(
             f"values of {len(measured.values)} sizes are given beside a file of measurements",
             hint="give the values or the file of measurements, not both",
@@ -114,25 +114,25 @@ def written_job(program: Path, asked: HandJob) -> tuple[Path, Made]:
         Wanted(
             program=program,
             nose_radius_mm=part.nose_radius_mm,
-            name=asked.name,
+            name=hand_job.name,
             folder=folder,
-            drawing=folder / asked.drawing if asked.drawing else None,
+            drawing=folder / hand_job.drawing if hand_job.drawing else None,
             dialect=part.dialect,
             unit=part.unit,
             tool=part.tool,
             lines=part.lines,
             parameters=part.parameters,
-            measured_file=folder / asked.file if asked.file else None,
+            measured_file=folder / hand_job.file if hand_job.file else None,
             side=Side(part.side),
             chosen=Chosen(part.outline, part.zero),
             tip=part.tip,
             accept_unknown_words=part.accept_unknown_words,
-            stated={} if measured is None else _stated(folder, measured, asked),
+            stated={} if measured is None else _stated(folder, measured, hand_job),
         )
     )
     job = folder / JOB
-    if measured is not None and not asked.file:
-        sheet = gauge_sheet_of(job).filled_in(measured.values, _above(measured, asked.operator))
+    if measured is not None and not hand_job.file:
+        sheet = gauge_sheet_of(job).filled_in(measured.values, _above(measured, hand_job.operator))
         (folder / SHEET).write_text(sheet, encoding="utf-8")
     return job, made
 
@@ -149,14 +149,14 @@ def _above(measured: AskedReadings, operator: str) -> dict[str, str]:
     }
 
 
-def _stated(folder: Path, measured: AskedReadings, asked: HandJob) -> dict[str, dict[str, str]]:
+def _stated(folder: Path, measured: AskedReadings, job: HandJob) -> dict[str, dict[str, str]]:
     """The keys of the job that say what was measured and how it is to be corrected, with their values in TOML."""
     gauging = {}
-    if asked.file:
-        gauging = {"device": quoted(measured.instrument), "operator": quoted(asked.operator)}
-    if asked.file and measured.measured_at is not None:
+    if job.file:
+        gauging = {"device": quoted(measured.instrument), "operator": quoted(job.operator)}
+    if job.file and measured.measured_at is not None:
         gauging["measured_at"] = measured.measured_at.isoformat()
-    if asked.file and measured.expanded_uncertainty_um is not None:
+    if job.file and measured.expanded_uncertainty_um is not None:
         gauging["readings_u_um"] = repr(measured.expanded_uncertainty_um / COVERAGE)
     if measured.measured_allowance_mm is not None:
         gauging["measured_allowance_mm"] = repr(measured.measured_allowance_mm)
@@ -171,5 +171,5 @@ def _stated(folder: Path, measured: AskedReadings, asked: HandJob) -> dict[str, 
         "programs": {key: quoted(value) for key, value in cut.items() if value},
         "gauging": gauging,
         "compensation": {"by": quoted(measured.by)},
-        "report": {"language": quoted(asked.language)},
+        "report": {"language": quoted(job.language)},
     }

@@ -8,14 +8,14 @@ from trueloop.domain.record import Program, ProgramText
 from trueloop.errors import Code
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
-from trueloop.factory.load import Known, order_of
+from trueloop.factory.load import StoreReader, order_of
 from trueloop.factory.requests import RecordStep
 from trueloop.factory.roles import By
 from trueloop.factory.views.uploads import ImportedView, ProgramRead, Remarked
 from trueloop.jobs.factory.job_folder import job_folder, programs_of
-from trueloop.jobs.factory.uploads import Inspected, Upload
-from trueloop.jobs.measure.keep_measured import After, Shown, keep_in
-from trueloop.jobs.store.finish_cut import SaidOfCut
+from trueloop.jobs.factory.uploads import Upload, UploadedInspection
+from trueloop.jobs.measure.keep_measured import After, StatedCut, keep_in
+from trueloop.jobs.store.finish_cut import CutStatement
 from trueloop.jobs.store.where import Keeping
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.storage.store import Store, find, keep
@@ -44,7 +44,7 @@ def import_program(store: Store, upload: Upload, read: ProgramRead, by: By) -> I
 
 
 def import_measurement(
-    store: Store, upload: Upload, read: Inspected, of: OfPart, by: By, now: datetime
+    store: Store, upload: Upload, read: UploadedInspection, of: OfPart, by: By, now: datetime
 ) -> ImportedView:
     """Keeps what was measured of a part; where measuring it is the order's next step, that step is recorded.
 
@@ -65,10 +65,10 @@ def import_measurement(
             values={"serials": serials[:20]},
         )
     measured = next(iter(own.values()))
-    said = SaidOfCut(record=next((one.run for one in part.steps if one.kind is BlockKind.CORRECT and one.run), None))
+    said = CutStatement(record=next((one.run for one in part.steps if one.kind is BlockKind.CORRECT and one.run), None))
     with job_folder(order.order, programs) as job:
         files = JobFiles.of(job).with_serial(part.value.serial)
-        shown = Shown(of.after, said, of.measured_at or now)
+        shown = StatedCut(of.after, said, of.measured_at or now)
         kept = keep_in(store, [(upload.name, measured)], files, shown, Keeping(serial=part.value.serial))
     remarks = tuple(Remarked(one.severity.value, one.code.value, one.message, one.hint) for one in kept.findings)
     recorded = _record(store, order, part, by, now, f"measured: {upload.name} {upload.sha256[:12]}")
@@ -77,7 +77,7 @@ def import_measurement(
 
 def _order(store: Store, name: str) -> tuple[OrderNow, dict[str, bytes]]:
     with store.reading() as connection:
-        known = Known(connection, store.codec)
+        known = StoreReader(connection, store.codec)
         order = order_of(known, name)
         return order, programs_of(known, order.order)
 

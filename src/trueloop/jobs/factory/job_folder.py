@@ -10,15 +10,15 @@ from typing import Any
 
 from trueloop.domain.factory import BlockKind, WorkOrder
 from trueloop.errors import Code, TrueloopError
-from trueloop.factory.load import Known, program_text
+from trueloop.factory.load import StoreReader, program_text
 from trueloop.formats.measurements.touches_csv import touches_to_csv
 from trueloop.jobs.measure.probing import read_logged_touches, read_probing
 
 
-def programs_of(known: Known, order: WorkOrder) -> dict[str, bytes]:
+def programs_of(reader: StoreReader, order: WorkOrder) -> dict[str, bytes]:
     """Returns the texts of an order's semi-finish program and of the finish program to be corrected, by their kinds."""
     blocks = {one.kind: one for one in order.route.blocks if one.corrected or one.kind is BlockKind.SEMIFINISH}
-    return {kind.value: program_text(known, one.program_sha256) or b"" for kind, one in blocks.items()}
+    return {kind.value: program_text(reader, one.program_sha256) or b"" for kind, one in blocks.items()}
 
 
 @contextmanager

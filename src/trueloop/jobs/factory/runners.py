@@ -11,12 +11,12 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
-from trueloop.factory.load import Known, order_of, program_text, record_of
+from trueloop.factory.load import StoreReader, order_of, program_text, record_of
 from trueloop.factory.requests import CorrectionRefused, StepCorrected
 from trueloop.factory.roles import By, Role
 from trueloop.factory.tasks import Runner, Task, Working
 from trueloop.jobs.factory.job_folder import job_folder, programs_of, unnamed_folder
-from trueloop.jobs.factory.uploads import Handed
+from trueloop.jobs.factory.uploads import HandedFile
 from trueloop.jobs.store.keep_correction import keep_correction, part_of
 from trueloop.jobs.store.where import Keeping
 from trueloop.jobs.turned.compensate import Corrected, corrected_of
@@ -29,7 +29,7 @@ SERVICE = By("service", Role.SERVICE)
 
 
 @dataclass(frozen=True)
-class _Given:
+class _CorrectionInputs:
     """The inputs of a correction: `touches` of the last gauging run, and texts by their names in the job."""
 
     order: OrderNow
@@ -41,7 +41,7 @@ class _Given:
 
 
 def correct(
-    store: Store, task: Task, working: Working, first: Callable[[Handed], object] | None = None
+    store: Store, task: Task, working: Working, first: Callable[[HandedFile], object] | None = None
 ) -> dict[str, str]:
     """Corrects, keeps, and sets the finish cut's program; a refusal of the loop holds the part with its code.
 
@@ -50,7 +50,7 @@ def correct(
     """
     order, row, step = task.values["order"], int(task.values["part"]), int(task.values["step"])
     with store.reading() as connection:
-        known = Known(connection, store.codec)
+        known = StoreReader(connection, store.codec)
         now = order_of(known, order)
         if now.step(row, step).state is StepState.RECORDED:
             return {"correction": now.step(row, step).run}
@@ -63,7 +63,9 @@ def correct(
                 file.write_bytes(given.touches)
                 name = f"job of order {given.order.order.id} with the touches of run {given.gauged_by}"
                 first(
-                    Handed(str(file), name, sha256_of(given.touches), order=given.order.order, programs=given.programs)
+                    HandedFile(
+                        str(file), name, sha256_of(given.touches), order=given.order.order, programs=given.programs
+                    )
                 )
         made = _corrected(store, given)
         if not _kept_already(store, made.correction):
@@ -91,50 +93,50 @@ def _kept_already(store: Store, made: Correction) -> bool:
     The record says when it was made, and so differs from the one that is there.
     """
     with store.reading() as connection:
-        known = Known(connection, store.codec)
+        known = StoreReader(connection, store.codec)
         text = program_text(known, sha256_of(made.corrected_program))
         return record_of(known, made.record.id) is not None and text is not None
 
 
-def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
+def _given(reader: StoreReader, order: OrderNow, part: PartNow, step: int) -> _CorrectionInputs:
     run = part.gauged_by(step)
-    touches = known.connection.scalar(select(RUN_TOUCHES.c.content).where(RUN_TOUCHES.c.run == run))
+    touches = reader.connection.scalar(select(RUN_TOUCHES.c.content).where(RUN_TOUCHES.c.run == run))
     if touches is None:
         raise Code.FAC_TOUCHES.refusal(
             f"part {part.value.serial!r} has no touches of run {run or 'none'!r}",
             hint="its cell sends them once the gauging program has run",
             values={"run": run},
         )
-    return _Given(
+    return _CorrectionInputs(
         order=order,
         part=part,
         step=step,
         gauged_by=run,
         touches=bytes(touches),
-        programs=programs_of(known, order.order),
+        programs=programs_of(reader, order.order),
     )
 
 
-def _corrected(store: Store, given: _Given) -> Corrected:
-    with job_folder(given.order.order, given.programs, given.touches) as job:
-        read = read_job(job, serial=given.part.value.serial)
-        made = corrected_of(_with_log(read, given), store)
+def _corrected(store: Store, inputs: _CorrectionInputs) -> Corrected:
+    with job_folder(inputs.order.order, inputs.programs, inputs.touches) as job:
+        read = read_job(job, serial=inputs.part.value.serial)
+        made = corrected_of(_with_log(read, inputs), store)
     found = part_of(made.inputs).identity
-    if found != given.part.value.identity:
+    if found != inputs.part.value.identity:
         raise Code.FAC_TOUCHES.refusal(
-            f"the job corrects part {'/'.join(found)!r}, the order makes {'/'.join(given.part.value.identity)!r}",
+            f"the job corrects part {'/'.join(found)!r}, the order makes {'/'.join(inputs.part.value.identity)!r}",
             hint="give `name` and `revision` of the job's table [part] as the order has them",
             values={"run": ""},
         )
     return made
 
 
-def _with_log(read: ReadJob, given: _Given) -> ReadJob:
+def _with_log(read: ReadJob, inputs: _CorrectionInputs) -> ReadJob:
     """Adds a gauging run's file to the inputs of the correction, also a log that touches were read from."""
-    route = given.order.order.route
+    route = inputs.order.order.route
     if not route.probe_toml:
         return read
-    log = {f"log of {route.probe_control}": sha256_of(given.touches)}
+    log = {f"log of {route.probe_control}": sha256_of(inputs.touches)}
     return replace(read, inputs=replace(read.inputs, inputs_sha256={**read.inputs.inputs_sha256, **log}))
 
 

@@ -17,12 +17,12 @@ from trueloop.domain.factory import WorkOrder
 from trueloop.domain.inspection import Inspection
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.known import unknown
-from trueloop.factory.load import Known, order_of
+from trueloop.factory.load import StoreReader, order_of
 from trueloop.factory.views import uploads as views
 from trueloop.factory.views.uploads import Kind, UploadView
 from trueloop.formats.input_file import read_source
 from trueloop.formats.inspections.known import HEAD, KNOWN
-from trueloop.formats.inspections.measured_file import Stated, Unit
+from trueloop.formats.inspections.measured_file import StatedFacts, Unit
 from trueloop.formats.inspections.tables import read as tables
 from trueloop.formats.inspections.tables.grid import SUFFIXES
 from trueloop.jobs.factory.hand_job import HandJob
@@ -44,7 +44,7 @@ TEXTS: Final = (".txt",)
 
 
 @dataclass(frozen=True)
-class ReadAs:
+class ReadingOptions:
     """Options of reading an upload, for what the file does not state."""
 
     kind: Kind | None = None
@@ -57,7 +57,7 @@ class ReadAs:
 
 
 @dataclass(frozen=True)
-class Handed:
+class HandedFile:
     """A file that was handed over, as it lies at `path` in a folder of its own, under the name that its owner gave it.
 
     `order`: whose job's part its values are matched with, and the texts of that order's `programs`. `hand`: the job of
@@ -67,7 +67,7 @@ class Handed:
     path: str
     name: str
     sha256: str
-    asked: ReadAs = field(default_factory=ReadAs)
+    asked: ReadingOptions = field(default_factory=ReadingOptions)
     order: WorkOrder | None = None
     programs: Mapping[str, bytes] = field(default_factory=dict)
     hand: HandJob | None = None
@@ -79,13 +79,13 @@ class Handed:
 
 
 @dataclass(frozen=True)
-class Inspected:
+class UploadedInspection:
     """The inspections of a file, each with its place in the file, from 1."""
 
     runs: tuple[tuple[int, Inspection], ...]
 
 
-def upload_view(handed: Handed) -> UploadView:
+def upload_view(handed: HandedFile) -> UploadView:
     """Returns the file as it is read; what it is refused for stands in the view."""
     kind = handed.asked.kind or kind_of(handed)
     view = UploadView(handed.name, handed.sha256, handed.file.stat().st_size, kind)
@@ -107,7 +107,7 @@ def upload_view(handed: Handed) -> UploadView:
         return replace(view, problem=problem, mapping_toml=handed.asked.mapping_toml or proposed)
 
 
-def kind_of(handed: Handed) -> Kind:
+def kind_of(handed: HandedFile) -> Kind:
     """Determines the kind by the end of the file's name, else by its first bytes."""
     ending = Path(handed.name).suffix.lower()
     if ending in DRAWINGS:
@@ -121,7 +121,7 @@ def kind_of(handed: Handed) -> Kind:
     return "measurement" if known else "program"
 
 
-def program_read(handed: Handed) -> views.ProgramRead:
+def program_read(handed: HandedFile) -> views.ProgramRead:
     """Reads a program with what is odd about it. Raises NC errors."""
     asked = handed.asked
     source, dialect = read_source(handed.file, asked.dialect)
@@ -130,16 +130,16 @@ def program_read(handed: Handed) -> views.ProgramRead:
     return views.ProgramRead(dialect, _unit(program, asked.unit), program.block_count, tuple(map(_found, findings)))
 
 
-def inspected(handed: Handed) -> Inspected:
+def inspected(handed: HandedFile) -> UploadedInspection:
     """Returns what was measured. Raises MSR, GEO and JOB errors, among them the file's findings on the part."""
     found = _on_part(handed)
     for finding in (one for each in found.on_part for one in each.findings):
         if finding.severity is Severity.ERROR:
             raise finding.as_error()
-    return Inspected(tuple((one.run, one.inspection) for one in found.on_part))
+    return UploadedInspection(tuple((one.run, one.inspection) for one in found.on_part))
 
 
-def order_read(handed: Handed) -> int:
+def order_read(handed: HandedFile) -> int:
     """Reads the job of `handed.order` with all that it names, the file as its touches; returns its number of touches.
 
     Raises JOB, NC, GEO, TCH, PRB and MSR errors, and FAC-PLAN.
@@ -151,7 +151,7 @@ def order_read(handed: Handed) -> int:
         return len(read_job(job).inputs.touches.error_mm)
 
 
-def toml_read(handed: Handed) -> bool:
+def toml_read(handed: HandedFile) -> bool:
     """Returns whether the file is TOML. Raises SRV-FILE for tables in tables without end."""
     try:
         tomllib.loads(handed.file.read_text(encoding="utf-8"))
@@ -166,16 +166,16 @@ def toml_read(handed: Handed) -> bool:
     return True
 
 
-def _unit(program: Program, given: Unit | None) -> Unit | None:
+def _unit(program: Program, unit: Unit | None) -> Unit | None:
     """The unit in force at the first length; of a program that cannot be run without its parameters, what was said."""
     try:
-        told = unit_of_path(given, program.run({}, strict=False))
+        told = unit_of_path(unit, program.run({}, strict=False))
     except TrueloopError:
-        return given
+        return unit
     return recorded_program("", program.dialect.name, "", told).unit
 
 
-def _on_part(handed: Handed) -> FileOnPart:
+def _on_part(handed: HandedFile) -> FileOnPart:
     """A measurement's file with the part of an order's job, where one is given. Raises MSR, GEO, JOB and FAC errors."""
     if handed.order is None:
         return read_measured(handed.file, _stated(handed))
@@ -184,34 +184,34 @@ def _on_part(handed: Handed) -> FileOnPart:
     return read_measured(handed.file, _stated(handed), part)
 
 
-def _stated(handed: Handed) -> Stated:
+def _stated(handed: HandedFile) -> StatedFacts:
     if not handed.asked.mapping_toml:
-        return Stated(handed.asked.unit)
+        return StatedFacts(handed.asked.unit)
     mapping = handed.file.with_name("mapping.toml")
     mapping.write_text(handed.asked.mapping_toml, encoding="utf-8")
-    return Stated(handed.asked.unit, mapping)
+    return StatedFacts(handed.asked.unit, mapping)
 
 
-def _measurement(handed: Handed, found: FileOnPart) -> views.MeasurementRead:
+def _measurement(handed: HandedFile, file: FileOnPart) -> views.MeasurementRead:
     return views.MeasurementRead(
-        found.file.format,
-        found.file.unit,
-        tuple(_inspection(found, one) for one in found.on_part),
-        tuple(views.Remarked("note", "", one.text, line=one.line) for one in found.file.remarks),
-        handed.asked.mapping_toml or (_proposed(handed) if found.file.format.startswith("table") else ""),
+        file.file.format,
+        file.file.unit,
+        tuple(_inspection(file, one) for one in file.on_part),
+        tuple(views.Remarked("note", "", one.text, line=one.line) for one in file.file.remarks),
+        handed.asked.mapping_toml or (_proposed(handed) if file.file.format.startswith("table") else ""),
     )
 
 
-def _inspection(file: FileOnPart, one: OnPart) -> views.InspectionRead:
-    rows = list(rows_of(file, one))
-    seen = one.inspection
+def _inspection(file: FileOnPart, inspection: OnPart) -> views.InspectionRead:
+    rows = list(rows_of(file, inspection))
+    seen = inspection.inspection
     return views.InspectionRead(
-        run=one.run,
+        run=inspection.run,
         serial=seen.part.serial,
         measured_at="" if seen.measured_at is None else seen.measured_at.isoformat(),
         count=len(rows),
         values=tuple(map(_value, rows[:SHOWN])),
-        remarks=tuple(map(_found, one.findings)),
+        remarks=tuple(map(_found, inspection.findings)),
     )
 
 
@@ -232,7 +232,7 @@ def _value(row: ValueRow) -> views.ValueRead:
     )
 
 
-def _proposed(handed: Handed) -> str:
+def _proposed(handed: HandedFile) -> str:
     """The mapping that a table's headings say; "" where there is none to propose."""
     if Path(handed.name).suffix.lower() not in TABLES:
         return ""
@@ -248,8 +248,8 @@ def _problem(refused: TrueloopError) -> views.Remarked:
     return views.Remarked("error", refused.code.value, said, refused.hint, refused.place.line)
 
 
-def _found(found: Finding) -> views.Remarked:
-    return views.Remarked(found.severity.value, found.code.value, found.message, found.hint, found.place.line)
+def _found(finding: Finding) -> views.Remarked:
+    return views.Remarked(finding.severity.value, finding.code.value, finding.message, finding.hint, finding.place.line)
 
 
 KEPT: Final = timedelta(days=1)
@@ -292,20 +292,20 @@ def safe_name(name: str) -> str:
 
 
 @contextmanager
-def handed(store: Store, upload: Upload, asked: ReadAs) -> Iterator[Handed]:
+def handed(store: Store, upload: Upload, options: ReadingOptions) -> Iterator[HandedFile]:
     """Yields the file in a temporary folder of its own, with what the store knows of the order that is requested.
 
     Its name there has letters, digits and `._-`, and the end of its own. Raises FAC-UNKNOWN.
     """
     order, programs = None, dict[str, bytes]()
-    if asked.order:
+    if options.order:
         with store.reading() as connection:
-            known = Known(connection, store.codec)
-            order = order_of(known, asked.order).order
+            known = StoreReader(connection, store.codec)
+            order = order_of(known, options.order).order
             programs = programs_of(known, order)
     with unnamed_folder() as folder:
         path = folder / safe_name(upload.name)
         path.write_bytes(upload.content)
-        yield Handed(
-            path=str(path), name=upload.name, sha256=upload.sha256, asked=asked, order=order, programs=programs
+        yield HandedFile(
+            path=str(path), name=upload.name, sha256=upload.sha256, asked=options, order=order, programs=programs
         )

@@ -86,9 +86,9 @@ def _stood(zero_mm: Vector, state: State) -> MachineStood:
     return MachineStood(zero_mm, tuple(_vector(one) for one in (tools[:1] if same else tools)), means(state.signals))
 
 
-def _points(points: Sequence[str], seen: Inspections, measured_mm: Array) -> Iterator[CmmPoint]:
+def _points(points: Sequence[str], inspections: Inspections, measured_mm: Array) -> Iterator[CmmPoint]:
     for k, name in enumerate(points):
-        measured, nominal, normal = (_vector(of[k]) for of in (measured_mm, seen.nominal_mm, seen.normal))
+        measured, nominal, normal = (_vector(of[k]) for of in (measured_mm, inspections.nominal_mm, inspections.normal))
         yield CmmPoint(measured, nominal, normal, name)
 
 

@@ -193,7 +193,7 @@ class ModelFile:
 def compensate_program(
     source: FilePath,
     target: FilePath,
-    known: ModelFile,
+    model: ModelFile,
     setup: Setup,
     options: MapOptions = USUAL,
     *,
@@ -217,19 +217,19 @@ def compensate_program(
     [0.0121 0.001  0.0061]
     """
     source, target = Path(source), Path(target)
-    sha256 = known.sha256
+    sha256 = model.sha256
 
     def record(done: Mapped) -> Record:
-        made = record_of(source.name, done, known.model, sha256, setup, options, parameters or {}, datetime.now(UTC))
+        made = record_of(source.name, done, model.model, sha256, setup, options, parameters or {}, datetime.now(UTC))
         return replace(made, made_by=user_name())
 
     return map_program(
         source,
         target,
-        field_of_model(known.model, sha256, setup, extrapolate),
+        field_of_model(model.model, sha256, setup, extrapolate),
         options,
         dialect=dialect,
         parameters=parameters,
-        inputs=(known.file, *inputs),
+        inputs=(model.file, *inputs),
         record=record,
     )

@@ -18,7 +18,7 @@ from trueloop.errors import Code, Finding, Severity
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.option_tables import options_from
-from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of, finish_cut, is_changed, said_of_each
+from trueloop.jobs.store.finish_cut import CutStatement, correction_of, finish_cut, is_changed, said_of_each
 from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, order_in_doubt, touched_at
 from trueloop.jobs.store.judged import judged_parts
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
@@ -50,19 +50,19 @@ After: TypeAlias = Literal["semifinish", "finish", "released"]
 
 
 @dataclass(frozen=True)
-class Shown:
+class StatedCut:
     """The cut that an inspection shows, as stated by a person: the stage, and data of a finish cut.
 
     `measured_at` is the time of inspections that state none.
     """
 
     after: After
-    cut: SaidOfCut = field(default_factory=SaidOfCut)
+    cut: CutStatement = field(default_factory=CutStatement)
     measured_at: datetime | None = None
 
 
 @dataclass(frozen=True)
-class _Given:
+class _KeepingContext:
     """Context while the inspections of a job are kept; refusals that are accepted go to `findings`.
 
     `finished` has the parts with a finish cut, by the identity of that cut, each with the inspection that memory takes.
@@ -70,27 +70,27 @@ class _Given:
 
     store: Store
     files: JobFiles
-    shown: Shown
+    shown: StatedCut
     keeping: Keeping
     findings: list[Finding]
     finished: dict[Identity, LivedPart] = field(default_factory=dict)
 
 
 def keep_measured(
-    found: Sequence[FileOnPart], job: Path, shown: Shown, keeping: Keeping, names: Mapping[str, str] | None = None
+    files: Sequence[FileOnPart], job: Path, shown: StatedCut, keeping: Keeping, names: Mapping[str, str] | None = None
 ) -> KeptFacts | None:
     """Keeps the inspections of files, and which cut they show; None: no store knows the correction.
 
     `names`: the profile's names of features, by those in the files. Raises STO-PART, STO-OTHER-PART, STO-LINK,
     STO-STAGE, STO-CLOCK, STO-UNIT, STO-PROGRAM, and what keeping refuses.
     """
-    inspections = [(file.file.path.name, one.inspection) for file in found for one in file.on_part]
+    inspections = [(file.file.path.name, one.inspection) for file in files for one in file.on_part]
     beside: Beside = "made" if shown.after == "semifinish" else "used"
     return _keep(inspections, JobFiles.of(job), shown, keeping, beside, names or {})
 
 
 def keep_inspections(
-    inspections: Sequence[tuple[str, Inspection]], job: Path, shown: Shown, keeping: Keeping
+    inspections: Sequence[tuple[str, Inspection]], job: Path, shown: StatedCut, keeping: Keeping
 ) -> KeptFacts | None:
     """Keeps inspections with the names of their files; None: no store is named, and the part has no serial number."""
     files = JobFiles.of(job)
@@ -101,7 +101,7 @@ def keep_inspections(
 def _keep(
     inspections: Sequence[tuple[str, Inspection]],
     files: JobFiles,
-    shown: Shown,
+    shown: StatedCut,
     keeping: Keeping,
     beside: Beside,
     names: Mapping[str, str],
@@ -115,7 +115,7 @@ def keep_in(
     store: Store,
     inspections: Sequence[tuple[str, Inspection]],
     files: JobFiles,
-    shown: Shown,
+    shown: StatedCut,
     keeping: Keeping,
     names: Mapping[str, str] = MappingProxyType({}),
 ) -> KeptFacts:
@@ -125,7 +125,7 @@ def keep_in(
     said = said_of_each(store, [one.files.job.part.name for one in shares], shown.cut) if several else [shown.cut]
     values, findings, finished = list[Any](), list[Finding](), list[LivedPart]()
     for share, cut in zip(shares, said, strict=True):
-        given = _Given(store, share.files, replace(shown, cut=cut), keeping, findings)
+        given = _KeepingContext(store, share.files, replace(shown, cut=cut), keeping, findings)
         for file, one in share.inspections:
             values += _facts(given, _of_part(one, share.files.job, shown, share.names, file))
         finished += given.finished.values()
@@ -153,35 +153,35 @@ def _shares(files: JobFiles, inspections: Sequence[tuple[str, Inspection]], name
     return found
 
 
-def _facts(given: _Given, one: Inspection) -> Iterator[Any]:
+def _facts(context: _KeepingContext, one: Inspection) -> Iterator[Any]:
     """An inspection, its part, the cut that it shows, and the link."""
-    one = as_known(given.store, one)
-    require_file_of_part(given.store, one)
-    semifinish = given.shown.after == "semifinish"
-    cut = _semifinish_cut(given, one.part) if semifinish else _finish_cut(given, one)
-    require_stage(given.store, one, cut)
-    if not semifinish and given.shown.cut.program is not None:
-        yield from texts_of([given.shown.cut.program])
-    yield from (one.part, cut, one, InspectionLink(one.identity, cut.identity, given.shown.after == "released"))
+    one = as_known(context.store, one)
+    require_file_of_part(context.store, one)
+    semifinish = context.shown.after == "semifinish"
+    cut = _semifinish_cut(context, one.part) if semifinish else _finish_cut(context, one)
+    require_stage(context.store, one, cut)
+    if not semifinish and context.shown.cut.program is not None:
+        yield from texts_of([context.shown.cut.program])
+    yield from (one.part, cut, one, InspectionLink(one.identity, cut.identity, context.shown.after == "released"))
 
 
-def _of_part(one: Inspection, job: Job, shown: Shown, names: Mapping[str, str], file: str) -> Inspection:
+def _of_part(inspection: Inspection, job: Job, shown: StatedCut, names: Mapping[str, str], file: str) -> Inspection:
     """The inspection as of the job's part, with the profile's names of features. Raises STO-PART."""
-    part = Part(part_type(job), one.part.serial or job.part.serial)
+    part = Part(part_type(job), inspection.part.serial or job.part.serial)
     require_serial(part, file)
     return replace(
-        _from_reference(one, job),
+        _from_reference(inspection, job),
         part=part,
-        values=tuple(_renamed(value, names) for value in one.values) if names else one.values,
-        measured_at=one.measured_at or shown.measured_at,
+        values=tuple(_renamed(value, names) for value in inspection.values) if names else inspection.values,
+        measured_at=inspection.measured_at or shown.measured_at,
     )
 
 
-def _from_reference(one: Inspection, job: Job) -> Inspection:
+def _from_reference(inspection: Inspection, job: Job) -> Inspection:
     """Returns the inspection with the point from which its z is taken, where it has the job's."""
     reference = options_from(Gauging, job).z_reference
-    of_reference = any(touch.point == reference for touch in one.touches)
-    return replace(one, z_reference=one.z_reference or (reference if of_reference else None))
+    of_reference = any(touch.point == reference for touch in inspection.touches)
+    return replace(inspection, z_reference=inspection.z_reference or (reference if of_reference else None))
 
 
 def _renamed(value: Touch | Reading | CmmPoint, names: Mapping[str, str]) -> Touch | Reading | CmmPoint:
@@ -193,12 +193,12 @@ def _renamed(value: Touch | Reading | CmmPoint, names: Mapping[str, str]) -> Tou
     return value
 
 
-def _semifinish_cut(given: _Given, part: Part) -> Cut:
+def _semifinish_cut(context: _KeepingContext, part: Part) -> Cut:
     """The one that is stored, else as the job says it."""
-    known = cuts_of(given.store, part, Stage.SEMIFINISH)
+    known = cuts_of(context.store, part, Stage.SEMIFINISH)
     if known:
         return known[-1]
-    job, files = given.files.job, given.files
+    job, files = context.files.job, context.files
     program = None if job.own_programs.semifinish is None else files.program(job.own_programs.semifinish)
     tool, edge = files.tool, edge_of_job(files.tool)
     corner = tool.groove_corner if isinstance(tool, ToolsTable) else None
@@ -207,49 +207,49 @@ def _semifinish_cut(given: _Given, part: Part) -> Cut:
     return Cut(part, Stage.SEMIFINISH, setting, machine_of_job(job), sha256)
 
 
-def _finish_cut(given: _Given, one: Inspection) -> Cut:
+def _finish_cut(context: _KeepingContext, inspection: Inspection) -> Cut:
     """The finish cut, after what contradicts the correction is refused or noted."""
-    store, findings, said = given.store, given.findings, given.shown.cut
-    correction = correction_of(store, one.part, said)
-    with accepting(given.keeping.accept, findings):
+    store, findings, said = context.store, context.findings, context.shown.cut
+    correction = correction_of(store, inspection.part, said)
+    with accepting(context.keeping.accept, findings):
         before = ("the inspection before the finish cut", touched_at(correction))
-        require_later(before, ("the inspection after it", one.measured_at))
-    after = errors_of(correction.payload.profile, one)
+        require_later(before, ("the inspection after it", inspection.measured_at))
+    after = errors_of(correction.payload.profile, inspection)
     if after is None:
-        findings.append(_no_points(one))
+        findings.append(_no_points(inspection))
     else:
-        findings += other_points(one.part, correction.payload, after)
-        with accepting(given.keeping.accept, findings):
+        findings += other_points(inspection.part, correction.payload, after)
+        with accepting(context.keeping.accept, findings):
             require_size(correction.payload, after)
-    findings += is_changed(correction, one.part, said)
-    cut = _under_conditions(given, finish_cut(store, one.part, correction, said))
-    doubts = list(order_in_doubt(store, cut, one.measured_at))
+    findings += is_changed(correction, inspection.part, said)
+    cut = _under_conditions(context, finish_cut(store, inspection.part, correction, said))
+    doubts = list(order_in_doubt(store, cut, inspection.measured_at))
     findings += doubts
     if cut.setting is None:
-        findings.append(no_edge(one.part))
-    _take_finished(given, LivedPart(cut, correction, one, bool(doubts)), one)
+        findings.append(no_edge(inspection.part))
+    _take_finished(context, LivedPart(cut, correction, inspection, bool(doubts)), inspection)
     return cut
 
 
-def _take_finished(given: _Given, lived: LivedPart, one: Inspection) -> None:
+def _take_finished(context: _KeepingContext, lived: LivedPart, inspection: Inspection) -> None:
     """The part as memory will take it: by the latest inspection, and not by one off the machine beside one on it."""
-    links = find(given.store, InspectionLink, cut=joined(lived.cut.identity))
-    if given.shown.after == "released" and any(not link.value.released for link in links):
+    links = find(context.store, InspectionLink, cut=joined(lived.cut.identity))
+    if context.shown.after == "released" and any(not link.value.released for link in links):
         return
-    counts = finish_inspection(given.store, lived.cut)
-    is_known = any(link.value.inspection == one.identity for link in links)
-    if is_known and counts is not None and counts.identity != one.identity:
+    counts = finish_inspection(context.store, lived.cut)
+    is_known = any(link.value.inspection == inspection.identity for link in links)
+    if is_known and counts is not None and counts.identity != inspection.identity:
         lived = replace(lived, finish=counts)
-    given.finished[lived.cut.identity] = lived
+    context.finished[lived.cut.identity] = lived
 
 
-def _under_conditions(given: _Given, cut: Cut) -> Cut:
+def _under_conditions(context: _KeepingContext, cut: Cut) -> Cut:
     """With depth of cut and material by the job and the feed by its finish program; a cut that is stored stays as it
     is.
     """
-    if cuts_of(given.store, cut.part, Stage.FINISH):
+    if cuts_of(context.store, cut.part, Stage.FINISH):
         return cut
-    job, files = given.files.job, given.files
+    job, files = context.files.job, context.files
     known = cut.conditions
     allowance_mm = job.own_programs.semifinish_allowance_mm
     depth_mm = allowance_mm if known.depth_of_cut_mm is None else known.depth_of_cut_mm

@@ -14,7 +14,7 @@ from trueloop.errors import Code, Place, Severity, TrueloopError
 from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.dmis.results import dmis_results
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated, Unit
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts, Unit
 from trueloop.formats.inspections.qdas.writer import dfq_of
 from trueloop.formats.inspections.qif.writer import qif_of
 from trueloop.formats.inspections.shared.text import feature_names
@@ -63,7 +63,11 @@ def read_part_of_job(path: Path) -> PartOfJob:
 
 @put_off()
 def read_measured(
-    path: Path, stated: Stated, part: PartOfJob | None = None, chosen: Chosen | None = None, axis: Axis | None = None
+    path: Path,
+    stated: StatedFacts,
+    part: PartOfJob | None = None,
+    chosen: Chosen | None = None,
+    axis: Axis | None = None,
 ) -> FileOnPart:
     """Reads a file, and what of it is on the part. Raises MSR errors; what is odd about it on the part are findings."""
     names = feature_names(stated.mapping)
@@ -158,7 +162,7 @@ WRITERS: Final[Mapping[str, Callable[[Sequence[Inspection], str], bytes]]] = {
 """By the ending of a file's name; they are given its stem, which DMIS repeats."""
 
 
-def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
+def convert(path: Path, stated: StatedFacts, target: Path) -> MeasuredFile:
     """Reads an inspection file and writes all its inspections to `target`; gives what was read.
 
     Raises MSR errors for what cannot be read, MSR-FORMAT for a target of no known ending or for touches, OUT errors.
@@ -204,7 +208,7 @@ def map_table(
     """
     with readable(path, Code.MSR_FILE, hint=HINT):
         grid = grid_of(path, sheet)
-    mapping, stated = propose(grid, given), Stated(unit)
+    mapping, stated = propose(grid, given), StatedFacts(unit)
     mapping = mapping.model_copy(update={"unit": unit})
     written = output or path.with_name(f"{path.stem}.map.toml")
     file: MeasuredFile | TrueloopError

@@ -40,8 +40,8 @@ from trueloop.loops.turned.made_parts import made_part, name_of
 from trueloop.loops.turned.next_measurement import (
     Candidate,
     Edge,
+    EdgeState,
     Instrument,
-    Known,
     OfHistory,
     OfPart,
     Plan,
@@ -168,7 +168,7 @@ def next_of_job(
     )
 
 
-def written_files(found: NextOf, source: Path | None, control: str | None = None) -> dict[str, str]:
+def written_files(plan: NextOf, source: Path | None, control: str | None = None) -> dict[str, str]:
     """Returns the texts of the files that take the plan's measurements, by name; of no instrument without any.
 
     Points of the probe are a list and, for a control, its probing program; those of a measuring machine a list and a
@@ -176,7 +176,7 @@ def written_files(found: NextOf, source: Path | None, control: str | None = None
     its job, has lists and a sheet. Raises PRB errors.
     """
     texts = dict[str, str]()
-    if probed := found.points("probe"):
+    if probed := plan.points("probe"):
         texts["probe.csv"] = cmm_plan_to_csv(probed)
         if control is not None and source is not None:
             for name, own in by_setup(source, probed).items():
@@ -186,14 +186,14 @@ def written_files(found: NextOf, source: Path | None, control: str | None = None
                 texts[f"{file}.ngc" if control == "linuxcnc" else f"{file}.nc"] = probing_program(
                     probing.plan, control, settings
                 )
-    if measured := found.points("cmm"):
+    if measured := plan.points("cmm"):
         texts["cmm.csv"] = cmm_plan_to_csv(measured)
     if measured and source is not None:
         measuring = replace(read_measuring(source, (0.0,)), touches=measured, characteristics=())
         approach = CmmApproach(1.0, 3.0, 10.0, measuring.allowance_mm)
         texts["cmm.dms"] = program_of(measuring, approach, source.name)
-    if found.by_hand:
-        texts["sheet.csv"] = gauge_sheet_csv(found.by_hand, "inch" if found.inch else "mm")
+    if plan.by_hand:
+        texts["sheet.csv"] = gauge_sheet_csv(plan.by_hand, "inch" if plan.inch else "mm")
     return texts
 
 
@@ -275,7 +275,7 @@ def _nose_mm(cuts: ReadCuts) -> float | None:
 
 def _edges(
     cuts: ReadCuts,
-    seen: Sequence[tuple[str, Instrument, Seen]],
+    readings: Sequence[tuple[str, Instrument, Seen]],
     minutes: Mapping[Instrument, float],
     store: Store | None = None,
 ) -> list[Edge]:
@@ -286,7 +286,7 @@ def _edges(
             if store is not None:
                 inputs = with_memory(store, stored_inputs(inputs, cuts.read.profile, own), None)
             errors = process_errors(inputs) if len(inputs.touches.point) else inputs.touches
-            mine = seen_of_edge([one for _, _, one in seen], setup.frame, own, cuts.read.profile)
+            mine = seen_of_edge([one for _, _, one in readings], setup.frame, own, cuts.read.profile)
             edges.append(
                 Edge(
                     profile=inputs.profile,
@@ -294,13 +294,13 @@ def _edges(
                     characteristics=inputs.characteristics,
                     zero_z_mm=inputs.part_zero_z_mm,
                     known=_known(inputs, errors),
-                    candidates=_candidates(mine, seen, minutes),
+                    candidates=_candidates(mine, readings, minutes),
                 )
             )
     return edges
 
 
-def _known(inputs: Inputs, errors: ErrorVectors) -> Known:
+def _known(inputs: Inputs, errors: ErrorVectors) -> EdgeState:
     """Returns what the measured errors of an edge's part show, and earlier parts of the edge where these take part."""
     if not is_used(inputs):
         return OfPart(part_state(inputs.profile, errors), inputs.options.between_cuts)
@@ -313,9 +313,9 @@ def _known(inputs: Inputs, errors: ErrorVectors) -> Known:
 
 
 def _candidates(
-    mine: Sequence[Seen], seen: Sequence[tuple[str, Instrument, Seen]], minutes: Mapping[Instrument, float]
+    mine: Sequence[Seen], readings: Sequence[tuple[str, Instrument, Seen]], minutes: Mapping[Instrument, float]
 ) -> tuple[Candidate, ...]:
-    kinds = {one.name: (feature, kind) for feature, kind, one in seen}
+    kinds = {one.name: (feature, kind) for feature, kind, one in readings}
     return tuple(Candidate(one, *kinds[one.name], minutes[kinds[one.name][1]]) for one in mine)
 
 
@@ -410,7 +410,7 @@ def _gauging(correction: Correction) -> Gauging:
 
 
 def _sizes(
-    profile: Profile, asked: Sequence[Characteristic], instruments: Sequence[Instrument]
+    profile: Profile, characteristics: Sequence[Characteristic], instruments: Sequence[Instrument]
 ) -> dict[str, Characteristic]:
-    planned = gauge_plan(profile, asked) if "micrometer" in instruments else ()
+    planned = gauge_plan(profile, characteristics) if "micrometer" in instruments else ()
     return {one.name: one for one in planned if one.quantity in (Quantity.DIAMETER, Quantity.LENGTH)}

@@ -421,21 +421,21 @@ def program_of(measuring: MeasuringJob, approach: CmmApproach, source: str) -> s
     return dmis_program(measuring.part.name, points, measured, approach, source)
 
 
-def _around(asked: Characteristic, profile: Profile, from_deg: float) -> tuple[CmmTouch, ...]:
+def _around(characteristic: Characteristic, profile: Profile, from_deg: float) -> tuple[CmmTouch, ...]:
     """The touches of a diameter on a cylinder or at one place of a cone; none of what is measured otherwise."""
-    feature = profile.features[profile.names.index(asked.feature)]
-    if asked.quantity is not Quantity.DIAMETER or not isinstance(feature, Line):
+    feature = profile.features[profile.names.index(characteristic.feature)]
+    if characteristic.quantity is not Quantity.DIAMETER or not isinstance(feature, Line):
         return ()
     (x_start, z_start), (x_end, z_end) = feature.start_mm, feature.end_mm
-    if z_start == z_end or (asked.at_z_mm is None and x_start != x_end):
+    if z_start == z_end or (characteristic.at_z_mm is None and x_start != x_end):
         return ()
-    z = (z_start + z_end) / 2 if asked.at_z_mm is None else asked.at_z_mm
+    z = (z_start + z_end) / 2 if characteristic.at_z_mm is None else characteristic.at_z_mm
     along = feature.length_mm * (z - z_start) / (z_end - z_start)
     place, normal = feature.point_mm(along), feature.outward_normal(along)
     return tuple(
         CmmTouch(
-            asked.name,
-            asked.feature,
+            characteristic.name,
+            characteristic.feature,
             (float(place[0]), float(place[1])),
             (float(normal[0]), float(normal[1])),
             (from_deg + turn) % 360.0,

@@ -17,7 +17,7 @@ from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.monitor.drawn import drawn_of
 from trueloop.jobs.user import user_name
-from trueloop.loops.monitor.certificate import Asked, Certificate, InForce, Seen, asked_of, certified
+from trueloop.loops.monitor.certificate import Certificate, InForce, PartInspection, RequiredSize, asked_of, certified
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.in_force import cut_with
 from trueloop.loops.turned.made_parts import program_that_ran
@@ -53,8 +53,8 @@ class _Share:
     """The store's values of one edge's cut of a part, or of a part that is kept whole."""
 
     cut: Cut | None
-    asked: tuple[Asked, ...]
-    seen: tuple[Seen, ...]
+    asked: tuple[RequiredSize, ...]
+    seen: tuple[PartInspection, ...]
     in_force: tuple[InForce, ...]
     missing: tuple[str, ...]
 
@@ -99,14 +99,16 @@ def _part(store: Store, serial: str, part_type: str | None) -> WholePart:
     )
 
 
-def _seen(store: Store, inspections: Sequence[Inspection], cuts: Sequence[Cut], last: Cut | None) -> Iterator[Seen]:
+def _seen(
+    store: Store, inspections: Sequence[Inspection], cuts: Sequence[Cut], last: Cut | None
+) -> Iterator[PartInspection]:
     """Inspections of the part, without those after a cut before the `last` finish cut."""
     links = {one.value.inspection: one.value for one in find(store, InspectionLink)}
     early = {one.identity for one in cuts if last is None or one.identity != last.identity}
     for one in inspections:
         link = links.get(one.identity)
         if link is None or link.cut not in early:
-            yield Seen(one, None if link is None else link.released)
+            yield PartInspection(one, None if link is None else link.released)
 
 
 def _in_force(
@@ -170,12 +172,12 @@ def _corrections(store: Store, cut: Cut) -> list[Correction[Any]]:
     return [one.value for one in find(store, Correction, identity=cut.correction)]
 
 
-def _offset_in_force(one: Correction[Any], cut: Cut) -> Iterator[InForce]:
+def _offset_in_force(correction: Correction[Any], cut: Cut) -> Iterator[InForce]:
     """The tool offset by which the tool stood off the path of the program that ran; nothing where none was in force."""
-    record = one.record
-    if not isinstance(one.payload, turned.Correction) or record.tool_offset is None:
+    record = correction.record
+    if not isinstance(correction.payload, turned.Correction) or record.tool_offset is None:
         return
-    force = cut_with(record, program_that_ran(one.payload, cut))
+    force = cut_with(record, program_that_ran(correction.payload, cut))
     if force.offset_mm != (0.0, 0.0):
         x, z = (Um(value, "+.1f") for value in force.offset_mm)
         words: str = wording("tool {tool}: X {x} (radius), Z {z}", tool=record.tool_offset.tool, x=x, z=z)

@@ -16,7 +16,7 @@ from trueloop.loops.monitor.chart import MonitoredSeries, chart_of
 from trueloop.loops.monitor.gauge import GaugeSeries, gauges
 from trueloop.loops.monitor.known import PartFacts
 from trueloop.loops.monitor.options import ChartOptions
-from trueloop.loops.post_process.series import Made, SeriesOptions
+from trueloop.loops.post_process.series import MadePart, SeriesOptions
 from trueloop.report.monitor.chart_page import chart_page
 from trueloop.report.monitor.chart_values import ChartsShape, charts_shape
 from trueloop.report.monitor.gauge import GaugesShape, gauge_page, gauges_shape
@@ -37,7 +37,7 @@ class StoredFacts:
     stood: Mapping[str, Mapping[str, float]]
     failed: Mapping[str, tuple[tuple[datetime, str], ...]]
 
-    def of(self, made: Sequence[Made]) -> tuple[PartFacts, ...]:
+    def of(self, made: Sequence[MadePart]) -> tuple[PartFacts, ...]:
         """Facts of the parts of one series, in its order."""
         # The earlier cuts of each cut's edge, as far back as all of them state their time
         age: dict[tuple[str, ...], float | None] = {}
@@ -52,7 +52,7 @@ class StoredFacts:
             age[edge] = None if now is None or own_minutes is None else now + own_minutes
         return tuple(self._part(made, k, minutes[k]) for k in range(len(made)))
 
-    def _part(self, made: Sequence[Made], k: int, minutes: float | None) -> PartFacts:
+    def _part(self, made: Sequence[MadePart], k: int, minutes: float | None) -> PartFacts:
         inspection = self._inspection(made[k])
         cut, before = self.cuts.get(made[k].serial), self.cuts.get(made[k - 1].serial) if k else None
         at = inspection.measured_at if cut is None or time_of(cut) is None else time_of(cut)
@@ -71,10 +71,10 @@ class StoredFacts:
             failed=self._failed(inspection),
         )
 
-    def _inspection(self, made: Made) -> Inspection:
+    def _inspection(self, made: MadePart) -> Inspection:
         return next(one.inspection for one in self.book.parts if one.inspection.identity == made.inspection)
 
-    def _at(self, made: Made) -> datetime | None:
+    def _at(self, made: MadePart) -> datetime | None:
         cut = self.cuts.get(made.serial)
         return self._inspection(made).measured_at if cut is None else time_of(cut)
 

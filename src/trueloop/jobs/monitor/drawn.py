@@ -8,7 +8,7 @@ from trueloop.domain.inspection import Inspection, Reading, Values
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.geometry.profile import Profile
-from trueloop.loops.monitor.certificate import Asked
+from trueloop.loops.monitor.certificate import RequiredSize
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.share import frame_of
 from trueloop.storage.store import Store, find
@@ -25,12 +25,12 @@ class Drawn:
     profile: Profile
     characteristics: tuple[Characteristic, ...]
 
-    def asked(self, inspections: Iterable[Inspection]) -> tuple[Asked, ...]:
+    def asked(self, inspections: Iterable[Inspection]) -> tuple[RequiredSize, ...]:
         """Returns the characteristics; by general tolerances only those that `inspections`, in their names, have."""
         read = {reading.characteristic for one in inspections for reading in one.readings}
         general = {one.name for feature in self.profile.features if (one := usual(feature)) is not None}
         return tuple(
-            Asked(one.name, one.quantity, one.nominal, one.lower_limit, one.upper_limit)
+            RequiredSize(one.name, one.quantity, one.nominal, one.lower_limit, one.upper_limit)
             for one in self.characteristics
             if one.name in read or one.name not in general or not one.tolerance.startswith("ISO 2768")
         )
@@ -57,17 +57,21 @@ class Drawn:
         matched = match_inspection(self.profile, replace(inspection, values=(reading,))).readings
         return [one for found in matched for one in own if self._is_of(found, one)]
 
-    def _is_of(self, found: MatchedReading, one: Characteristic) -> bool:
-        other = "" if found.other_index is None else self.profile.names[found.other_index]
-        as_read = replace(one, feature=self.profile.names[found.feature_index], other=other)
-        z_mm = axial_mm(found.reading)
-        there = one.at_z_mm is None or (z_mm is not None and abs(z_mm - one.at_z_mm) < SAME)
-        return there and place_of(as_read, self.profile) == place_of(one, self.profile)
+    def _is_of(self, reading: MatchedReading, characteristic: Characteristic) -> bool:
+        other = "" if reading.other_index is None else self.profile.names[reading.other_index]
+        as_read = replace(characteristic, feature=self.profile.names[reading.feature_index], other=other)
+        z_mm = axial_mm(reading.reading)
+        there = characteristic.at_z_mm is None or (z_mm is not None and abs(z_mm - characteristic.at_z_mm) < SAME)
+        return there and place_of(as_read, self.profile) == place_of(characteristic, self.profile)
 
 
-def _named(reading: Reading, one: Characteristic) -> Reading:
+def _named(reading: Reading, characteristic: Characteristic) -> Reading:
     return replace(
-        reading, characteristic=one.name, nominal=one.nominal, lower_limit=one.lower_limit, upper_limit=one.upper_limit
+        reading,
+        characteristic=characteristic.name,
+        nominal=characteristic.nominal,
+        lower_limit=characteristic.lower_limit,
+        upper_limit=characteristic.upper_limit,
     )
 
 

@@ -26,13 +26,13 @@ from trueloop.jobs.machine.mapped_program import ModelFile
 from trueloop.jobs.store.opened import opened
 from trueloop.jobs.store.where import Choice, Keeping
 from trueloop.jobs.turned.compensate import correct_job
-from trueloop.loops.realtime.process_table import Placed, machine_of, process_table
+from trueloop.loops.realtime.process_table import PlacedCorrection, machine_of, process_table
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Correction
 from trueloop.machine.model.chain import ZERO, Vector
 from trueloop.machine.model.validity import require_serial
 from trueloop.nc.program.program import Program, read_program
-from trueloop.realtime.bank import NOTHING, Stated, bank_of, signals_of
+from trueloop.realtime.bank import NOTHING, SignalLimits, bank_of, signals_of
 from trueloop.realtime.image import Bank, Block, Identity, Image, RealTimeLimits
 from trueloop.realtime.largest import Extent, extent_of
 from trueloop.report.realtime.image_summary import where_in_words
@@ -127,7 +127,7 @@ def _image_table(
     )
 
 
-def _placed(correction: Correction, placing: Placing) -> Placed:
+def _placed(correction: Correction, placing: Placing) -> PlacedCorrection:
     """Where the program stands. Raises RTC-TABLE where nobody says it, or the job and the caller say two things."""
     part, said = machine_of(correction), placing.origin_mm
     if part is not None:
@@ -144,7 +144,7 @@ def _placed(correction: Correction, placing: Placing) -> Placed:
             "where the program stands in the machine is not known: 0 of 2 coordinates of its zero are given",
             hint="give the machine coordinates of the program's zero, X as a radius: work offset plus tool offset",
         )
-    return Placed(said, placing.tip, placing.gate_mm)
+    return PlacedCorrection(said, placing.tip, placing.gate_mm)
 
 
 def _program(correction: Correction) -> Program:
@@ -182,7 +182,7 @@ class ImageOptions:
     travel_mm: Mapping[str, Ends] = field(default_factory=dict)
     limit_mm: float = DEFAULT.limit_mm
     gate_mm: float = DEFAULT.gate_mm
-    stated: Stated = NOTHING
+    stated: SignalLimits = NOTHING
     standing: Collection[str] = ()
     origin_mm: Ends | None = None
     tip: int = 0
@@ -254,27 +254,27 @@ def _model_of(table: CorrectedProgram) -> Path | None:
     return next((f for f in table.files if f.is_file() and sha256_of(f.read_bytes()) == table.model_sha256), None)
 
 
-def _check_model(table: CorrectedProgram | None, known: ModelFile | None) -> None:
+def _check_model(table: CorrectedProgram | None, model: ModelFile | None) -> None:
     """A correction that counts on a model needs that one. Raises RTC-TABLE."""
     if table is None or not table.model_sha256:
         return
-    if known is None or known.sha256 != table.model_sha256:
-        given = "none is given" if known is None else f"{known.file.name!r} has {known.sha256[:16]}…"
+    if model is None or model.sha256 != table.model_sha256:
+        given = "none is given" if model is None else f"{model.file.name!r} has {model.sha256[:16]}…"
         raise Code.RTC_TABLE.refusal(
             f"the correction counts on the model with sha256 {table.model_sha256[:16]}… in real time; {given}",
             hint="give the model of the job's table [machine]: --model MODEL.json",
         )
 
 
-def _image(known: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> Image:
+def _image(model: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> Image:
     bank: Bank | None = None
-    if known is not None:
-        with in_file(known.file):
-            signals = signals_of(known.model, options.stated)
-            bank = bank_of(known.model, options.tool_mm, signals, options.standing)
-    limits = RealTimeLimits(_travel(known, options), options.limit_mm, options.gate_mm)
-    machine, serial = _machine(known, table, options)
-    identity = Identity(machine, serial, known.sha256 if known else "")
+    if model is not None:
+        with in_file(model.file):
+            signals = signals_of(model.model, options.stated)
+            bank = bank_of(model.model, options.tool_mm, signals, options.standing)
+    limits = RealTimeLimits(_travel(model, options), options.limit_mm, options.gate_mm)
+    machine, serial = _machine(model, table, options)
+    identity = Identity(machine, serial, model.sha256 if model else "")
     if table is None:
         return Image(identity, limits, bank)
     named = Identity(
@@ -288,20 +288,20 @@ def _image(known: ModelFile | None, table: CorrectedProgram | None, options: Ima
     return Image(named, limits, bank, table.blocks)
 
 
-def _machine(known: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> tuple[str, str]:
+def _machine(model: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> tuple[str, str]:
     """Name and serial number: of the model, else of the correction, else the serial that is stated."""
-    if known is not None:
-        return known.model.machine.name, known.model.machine.serial
+    if model is not None:
+        return model.model.machine.name, model.model.machine.serial
     name, serial = (table.machine, table.serial) if table else ("", "")
     return name, serial or options.serial or ""
 
 
-def _travel(known: ModelFile | None, options: ImageOptions) -> tuple[Ends, Ends, Ends]:
+def _travel(model: ModelFile | None, options: ImageOptions) -> tuple[Ends, Ends, Ends]:
     """Of X, Y, Z. An axis that the machine does not have stands at 0 and drives nothing: it may be asked for any.
 
     Raises RTC-MODEL for a travel that nobody states, or that has no end.
     """
-    chain = known.model.machine.chain if known else None
+    chain = model.model.machine.chain if model else None
     there = [a for a in "XYZ" if a in chain.order] if chain else ["X", "Z"]
     found = {a: options.travel_mm.get(a, chain.axis(a).travel if chain else (1.0, 0.0)) for a in there}
     bad = [axis for axis, (low, high) in found.items() if not -1e6 <= low < high <= 1e6]
@@ -318,21 +318,21 @@ def _travel(known: ModelFile | None, options: ImageOptions) -> tuple[Ends, Ends,
 
 
 def _notes(
-    known: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions, image: Image
+    model: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions, image: Image
 ) -> Iterator[str]:
     """Returns notes on the run that the image itself does not hold."""
     if table is not None:
         yield from table.notes
-        if known is not None and not table.model_sha256:
+        if model is not None and not table.model_sha256:
             yield (
                 f"the correction was made without a model: semi-finish cut and touches were made with "
-                f"{known.file.name} in force, or the machine's error would be taken out twice"
+                f"{model.file.name} in force, or the machine's error would be taken out twice"
             )
-    if known is None:
+    if model is None:
         return
     for name in options.standing:
         yield f"{name} has to stand at 0 as long as the image is in use: nothing in the servo thread looks at it"
-    identified = known.model.identified
+    identified = model.model.identified
     asked = {s.name: (s.low, s.high) for s in (image.bank.signals if image.bank else ())}
     asked |= dict(zip("XYZ", image.limits.travel_mm, strict=True))
     for name, (low, high) in asked.items():

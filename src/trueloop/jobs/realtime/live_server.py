@@ -63,12 +63,12 @@ class LiveServer:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close("the record has ended")
 
-    def after(self, seen: int) -> tuple[int, list[str], str]:
+    def after(self, count: int) -> tuple[int, list[str], str]:
         """Returns the ticks after so many; waits for them a while. The third is why it has ended, or ""."""
         with self._changed:
-            if seen == self._count and not self._end:
+            if count == self._count and not self._end:
                 self._changed.wait(WAIT_S)
-            new = min(self._count - seen, len(self._kept))
+            new = min(self._count - count, len(self._kept))
             return self._count, list(self._kept)[len(self._kept) - new :], self._end
 
 

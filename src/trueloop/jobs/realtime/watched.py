@@ -29,7 +29,7 @@ from trueloop.jobs.realtime.live_server import LOCAL, LiveServer
 from trueloop.machine.model.chain import ZERO, Vector
 from trueloop.realtime.envelope import NONE, Envelope, Tally, counted, empty, gathered
 from trueloop.realtime.image import Image
-from trueloop.realtime.judge import DrivenRun, Judged, judge
+from trueloop.realtime.judge import DrivenRun, RunJudgement, judge
 from trueloop.realtime.samples import Event, Samples, events, signal_columns
 from trueloop.report.realtime.live import live_page, silence, told
 from trueloop.report.realtime.page import run_page
@@ -116,7 +116,7 @@ class Order:
 
 
 @dataclass
-class Seen:
+class RunData:
     """The data of a run for its page, in bounded room."""
 
     drawn: Envelope
@@ -176,7 +176,7 @@ def watch(order: Order, stopped: Callable[[], bool], tell: Callable[[str], None]
         with LiveServer(page, order.host, order.port) as live, told_too as shown:
             recording = Recording(order.folder, layout.axes, layout.signals, order.rows, order.keep)
             tell(f"live page: {live.address}")
-            seen = Seen(empty(trace_names(layout.axes, layout.signals), layout.period_s))
+            seen = RunData(empty(trace_names(layout.axes, layout.signals), layout.period_s))
             try:
                 takers = [live.tell, *([] if shown is None else [shown.take])]
                 ended = _record(watched, recording, takers, seen, order.seconds, stopped)
@@ -198,7 +198,7 @@ def _record(
     watched: Watched,
     recording: Recording,
     takers: Sequence[Callable[[Mapping[str, Any]], None]],
-    seen: Seen,
+    run: RunData,
     seconds: float | None,
     stopped: Callable[[], bool],
 ) -> str:
@@ -212,8 +212,8 @@ def _record(
         if len(samples):
             heard = now
             recording.add(samples)
-            seen.take(samples)
-            _tell(takers, told(samples, seen.happened[-1], seen.fault, seen.periods, seen.lost))
+            run.take(samples)
+            _tell(takers, told(samples, run.happened[-1], run.fault, run.periods, run.lost))
         elif now - heard > SILENT_S:
             _tell(takers, silence(now - heard))
         if stopped():
@@ -227,20 +227,20 @@ def _tell(takers: Sequence[Callable[[Mapping[str, Any]], None]], tick: Mapping[s
         take(tick)
 
 
-def _page(seen: Seen, watched: Watched, title: str, began: datetime, image: Image | None) -> RunPage:
+def _page(run: RunData, watched: Watched, title: str, began: datetime, image: Image | None) -> RunPage:
     layout = watched.layout
     trace = Trace(
         axes=layout.axes,
         signals=layout.signals,
-        envelope=seen.drawn,
-        events=tuple(seen.happened),
-        periods=seen.periods,
-        lost=seen.lost,
+        envelope=run.drawn,
+        events=tuple(run.happened),
+        periods=run.periods,
+        lost=run.lost,
         period_s=layout.period_s,
     )
     conditions = {
         "began": began.isoformat(sep=" ", timespec="seconds"),
-        "length": f"{seen.periods * layout.period_s:.3f} s",
+        "length": f"{run.periods * layout.period_s:.3f} s",
         "servo period": f"{1e3 * layout.period_s:g} ms",
         "clock of the times": f"{layout.clocks_per_ns:.6f} counts a ns",
     }
@@ -249,17 +249,17 @@ def _page(seen: Seen, watched: Watched, title: str, began: datetime, image: Imag
             "machine": " ".join(filter(None, (image.identity.machine, image.identity.serial))),
             "program of the table": image.identity.program or "no table",
         }
-    timings = (timing_of("rtec.write", seen.write), timing_of("whole servo thread", seen.thread))
-    return RunPage(title, verdict=_verdict(seen), conditions=conditions, trace=trace, timings=timings)
+    timings = (timing_of("rtec.write", run.write), timing_of("whole servo thread", run.thread))
+    return RunPage(title, verdict=_verdict(run), conditions=conditions, trace=trace, timings=timings)
 
 
-def _verdict(seen: Seen) -> str:
-    bad = sum(event.alarming for event in seen.happened)
-    recorded = f"{seen.periods} periods recorded, {seen.lost} lost"
+def _verdict(run: RunData) -> str:
+    bad = sum(event.alarming for event in run.happened)
+    recorded = f"{run.periods} periods recorded, {run.lost} lost"
     if not bad:
         return f"{recorded}; no fault, no bad signal."
-    assert seen.fault is not None
-    return f"{recorded}; {bad} faults or bad signals, the last at {seen.fault.time_s:.3f} s: {seen.fault.in_words()}."
+    assert run.fault is not None
+    return f"{recorded}; {bad} faults or bad signals, the last at {run.fault.time_s:.3f} s: {run.fault.in_words()}."
 
 
 FOLLOWS = (2, 3)
@@ -270,7 +270,7 @@ OWN_PROGRAM = 1
 
 def check_run(
     samples: FilePath, model: FilePath, image: FilePath | None = None, *, slew_mm_per_s: float = 5.0
-) -> Judged:
+) -> RunJudgement:
     """Judges the run against the model; with the `image` also against its table, with its tool and gate.
 
     Raises RTC-SAMPLES for a run that cannot be judged, RTC-IMAGE, MCH-FILE.

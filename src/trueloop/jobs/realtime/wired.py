@@ -149,7 +149,7 @@ def _check_offset(table: ToolTable, number: int, unit_mm: float, image: Image, j
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedConfiguration:
     """A configuration with what it names."""
 
     image_file: Path
@@ -157,7 +157,7 @@ class Prepared:
     setup: Setup
 
 
-def prepared(path: Path) -> Prepared:
+def prepared(path: Path) -> PreparedConfiguration:
     """Reads a configuration, the image and the model. Raises RTC-SOURCE, RTC-IMAGE and as reading a model does."""
     file = read_signals(path)
     with file.at("image"):
@@ -165,10 +165,10 @@ def prepared(path: Path) -> Prepared:
         image = read_image(image_file)
     model = _model(file, image)
     lags, units = (model.lags, model.units) if model else ((), {})
-    return Prepared(image_file, image, setup_of(file, _wanted(image), lags, units))
+    return PreparedConfiguration(image_file, image, setup_of(file, _wanted(image), lags, units))
 
 
-def check(path: Path, wait_s: float) -> list[checking.Checked]:
+def check(path: Path, wait_s: float) -> list[checking.CheckedSignal]:
     """Reads every source once. Raises as `prepared`."""
     return checking.checked(prepared(path).setup, wait_s, lambda: None)
 
@@ -183,8 +183,8 @@ def run(path: Path, stop: threading.Event, say: Callable[[str], None]) -> None:
 class ImageProgram:
     """The hash of the program that the image's table belongs to, read anew when the image's file changes."""
 
-    def __init__(self, given: Prepared) -> None:
-        self._file, self._image = given.image_file, given.image
+    def __init__(self, configuration: PreparedConfiguration) -> None:
+        self._file, self._image = configuration.image_file, configuration.image
         self._seen = self._identity()
 
     def __call__(self) -> str:

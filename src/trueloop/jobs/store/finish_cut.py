@@ -16,7 +16,7 @@ from trueloop.storage.store import Kept, Store, find
 
 
 @dataclass(frozen=True)
-class SaidOfCut:
+class CutStatement:
     """A person's statements on a finish cut; None: as stored before, else as in the correction.
 
     `record` is the id of its correction, `program` the text that ran, as the control has it. `minutes` of the edge in
@@ -30,55 +30,55 @@ class SaidOfCut:
     order: int | None = None
 
 
-def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turned.Correction]:
+def correction_of(store: Store, part: Part, statement: CutStatement) -> Correction[turned.Correction]:
     """Returns the stored correction that a part was finished with: by the id, by the program's mark or hash, else as
     its finish cut is known, else its last one.
 
     Raises STO-LINK where there is none, or where the one named was made for another part.
     """
-    if said.record is not None:
-        named = [one.value for one in find(store, Correction, identity=joined((said.record,)))]
-        return _whole(store, part, named, f"with the id {said.record!r}")
+    if statement.record is not None:
+        named = [one.value for one in find(store, Correction, identity=joined((statement.record,)))]
+        return _whole(store, part, named, f"with the id {statement.record!r}")
     found = find(store, Correction, part_type=part.part_type.name, serial=part.serial)
     of_part = [one.value for one in found if _is_about(one, part)]
-    if said.program is not None:
-        marked = [one.value for one in find(store, Correction) if _is_of(one.value, said.program)]
+    if statement.program is not None:
+        marked = [one.value for one in find(store, Correction) if _is_of(one.value, statement.program)]
         own = [one for one in marked if any(i.part.identity == part.identity for i in one.record.inspections)]
         return _whole(store, part, own or marked, "whose program this is")
     cut = next(iter(reversed(cuts_of(store, part, Stage.FINISH))), None)
-    if said.ran is None and cut is not None and cut.correction:
+    if statement.ran is None and cut is not None and cut.correction:
         named = [one.value for one in find(store, Correction, identity=joined((cut.correction,)))]
         return _whole(store, part, named or of_part, f"with the id {cut.correction!r}")
     return _whole(store, part, of_part, "of its own")
 
 
-def said_of_each(store: Store, part_types: Sequence[str], said: SaidOfCut) -> list[SaidOfCut]:
+def said_of_each(store: Store, part_types: Sequence[str], statement: CutStatement) -> list[CutStatement]:
     """Divides what is stated of the cuts of several edges or set-ups by their part types: a record and a program
     are of those that have a correction which it is. Where none has, it is stated of all, and refused there.
     """
-    known = [_knows(store, one, said) for one in part_types]
+    known = [_knows(store, one, statement) for one in part_types]
     if not any(known):
-        return [said] * len(known)
-    return [said if its else replace(said, record=None, program=None) for its in known]
+        return [statement] * len(known)
+    return [statement if its else replace(statement, record=None, program=None) for its in known]
 
 
-def _knows(store: Store, part_type: str, said: SaidOfCut) -> bool:
+def _knows(store: Store, part_type: str, statement: CutStatement) -> bool:
     kept: list[Kept[Correction[Any]]] = find(store, Correction, part_type=part_type)
     return any(
-        (said.record is None or one.value.record.id == said.record)
-        and (said.program is None or _is_of(one.value, said.program))
+        (statement.record is None or one.value.record.id == statement.record)
+        and (statement.program is None or _is_of(one.value, statement.program))
         for one in kept
     )
 
 
-def finish_cut(store: Store, part: Part, correction: Correction[turned.Correction], said: SaidOfCut) -> Cut:
+def finish_cut(store: Store, part: Part, correction: Correction[turned.Correction], statement: CutStatement) -> Cut:
     """Makes the finish cut of a part; one that is stored already gets what is stated now. Raises STO-PROGRAM.
 
     The feed is that of the program; depth of cut and material are given by whoever knows the job.
     """
     record, made = correction.record, correction.payload
     known = next(iter(reversed(cuts_of(store, part, Stage.FINISH))), None)
-    ran = said.ran or (None if said.program is None else _by_text(made, said.program))
+    ran = statement.ran or (None if statement.program is None else _by_text(made, statement.program))
     new = Cut(
         part=part,
         stage=Stage.FINISH,
@@ -88,17 +88,17 @@ def finish_cut(store: Store, part: Part, correction: Correction[turned.Correctio
         correction="" if ran is Ran.AS_PROGRAMMED else record.id,
         offset_entered=(ran or made.recommended) is Ran.WEAR,
     )
-    if known is not None and ran is None and said.record in (None, known.correction):
+    if known is not None and ran is None and statement.record in (None, known.correction):
         new = replace(
             new, correction=known.correction, program_sha256=known.program_sha256, offset_entered=known.offset_entered
         )
     before = CuttingConditions() if known is None else known.conditions
     order = None if known is None else known.order
-    minutes = before.time_in_cut_min if said.minutes is None else said.minutes
+    minutes = before.time_in_cut_min if statement.minutes is None else statement.minutes
     return replace(
         new,
         at=None if known is None else known.at,
-        order=order if said.order is None else said.order,
+        order=order if statement.order is None else statement.order,
         order_in_doubt=known is not None and known.order_in_doubt,
         conditions=replace(before, time_in_cut_min=minutes),
     )
@@ -125,9 +125,11 @@ def _is_of(correction: Correction[Any], program: bytes) -> bool:
     )
 
 
-def _whole(store: Store, part: Part, found: Iterable[Correction[Any]], which: str) -> Correction[turned.Correction]:
+def _whole(
+    store: Store, part: Part, corrections: Iterable[Correction[Any]], which: str
+) -> Correction[turned.Correction]:
     """The last one of them that has what the loop gave, and is for this part."""
-    whole = [one for one in found if isinstance(one.payload, turned.Correction)]
+    whole = [one for one in corrections if isinstance(one.payload, turned.Correction)]
     if not whole:
         raise Code.STO_LINK.refusal(
             f"{store.where!r} has no correction {which} for part {part.serial!r}",
@@ -162,9 +164,9 @@ def _sha256(made: turned.Correction, ran: Ran | None, part: Part) -> str:
     return hashes[ran]
 
 
-def is_changed(correction: Correction[turned.Correction], part: Part, said: SaidOfCut) -> Iterator[Finding]:
+def is_changed(correction: Correction[turned.Correction], part: Part, statement: CutStatement) -> Iterator[Finding]:
     """Yields a warning where the text that ran has the correction's mark and is not one of its programs."""
-    if said.program is not None and _by_text(correction.payload, said.program) is None:
+    if statement.program is not None and _by_text(correction.payload, statement.program) is None:
         record = correction.record.id
         yield Finding(
             Severity.WARNING,

@@ -15,7 +15,7 @@ from trueloop.jobs.store.tool_history import history_of_tool
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.loops.turned.outcome import Obtained, obtained
-from trueloop.memory.noticing.alarm import Noticed
+from trueloop.memory.noticing.alarm import PartChanges
 from trueloop.memory.noticing.notice import notice_part
 from trueloop.memory.noticing.sentences import of_left_out
 from trueloop.storage.store import Store
@@ -57,29 +57,29 @@ def judged_parts(store: Store, parts: Sequence[LivedPart], accept: Collection[st
     return JudgedParts(tuple(compared), tuple(findings), tuple(words))
 
 
-def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> Noticed:
+def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> PartChanges:
     """Returns what the finish inspection shows beyond earlier parts; nothing where no edge is stated."""
     if lived.cut.setting is None or lived.finish is None:
-        return Noticed()
+        return PartChanges()
     edge, part = lived.cut.setting.edge, lived.cut.part
     others = [one for one in earlier if one.cut.identity != lived.cut.identity]
     history = history_of_tool(store, edge, [*others, lived], lived.of_machine)
     own = (name_of(part.part_type), part.serial)
     at = next((k for k, one in enumerate(history) if one.order >= 0 and (one.part_type, one.serial) == own), None)
-    return Noticed() if at is None else notice_part(history[:at], history[at]).get(Stage.FINISH, Noticed())
+    return PartChanges() if at is None else notice_part(history[:at], history[at]).get(Stage.FINISH, PartChanges())
 
 
-def _word(store: Store, lived: LivedPart, seen: Noticed, accepted: bool) -> Quarantine | None:
+def _word(store: Store, lived: LivedPart, changes: PartChanges, accepted: bool) -> Quarantine | None:
     """Returns the quarantine to keep for the cut; None: it stays as it is."""
     last, cut, now = quarantine_of(store, lived.cut), lived.cut.identity, datetime.now(UTC)
     held = last is not None and not last.lifted
     by_person = last is not None and last.by != BY
     if accepted:
-        lifts = held or (seen.quarantine and not by_person)
+        lifts = held or (changes.quarantine and not by_person)
         return Quarantine(cut, now, f"--accept {Code.MEM_ALARM}", user_name(), lifted=True) if lifts else None
-    if seen.quarantine:
+    if changes.quarantine:
         known = lived.finish is not None and link_of(store, lived.finish) is not None
-        return None if held or (by_person and known) else Quarantine(cut, now, _says(seen), BY)
+        return None if held or (by_person and known) else Quarantine(cut, now, _says(changes), BY)
     lifts = held and not by_person
     return Quarantine(cut, now, "as it is kept now, it is as predicted", BY, lifted=True) if lifts else None
 
@@ -92,28 +92,28 @@ def _compared(lived: LivedPart) -> Iterator[Obtained]:
         yield compared
 
 
-def alarms_of(serial: str, seen: Noticed, learns: bool) -> Iterator[Finding]:
+def alarms_of(serial: str, changes: PartChanges, learns: bool) -> Iterator[Finding]:
     """Yields a warning with what may have happened; of a part that teaches, a note of touches all others contradict."""
-    if seen.alarms:
-        chance = seen.alarms[0].probability
+    if changes.alarms:
+        chance = changes.alarms[0].probability
         yield Finding(
             Severity.WARNING,
             Code.MEM_ALARM,
-            f"part {serial!r}: {_says(seen)} (by chance with a probability of {chance:.1e})",
+            f"part {serial!r}: {_says(changes)} (by chance with a probability of {chance:.1e})",
             hint=LEARNED if learns else IN_QUARANTINE,
             values={"serial": serial, "probability": chance},
         )
-    if seen.left_out and learns:
-        chance = float(2 * ndtr(-max(abs(touch.deviations) for touch in seen.left_out)))
+    if changes.left_out and learns:
+        chance = float(2 * ndtr(-max(abs(touch.deviations) for touch in changes.left_out)))
         yield Finding(
             Severity.NOTE,
             Code.MEM_ALARM,
-            f"part {serial!r}: {'; '.join(of_left_out(touch) for touch in seen.left_out)}",
+            f"part {serial!r}: {'; '.join(of_left_out(touch) for touch in changes.left_out)}",
             hint="the part was judged without it, and it is kept; where it was dirt, inspect again",
             values={"serial": serial, "probability": chance},
         )
 
 
-def _says(seen: Noticed) -> str:
+def _says(changes: PartChanges) -> str:
     """Returns possible causes, the likeliest first; a correction that did not arrive explains all else."""
-    return "; or: ".join(alarm.says for alarm in (seen.alarms[:1] if seen.quarantine else seen.alarms))
+    return "; or: ".join(alarm.says for alarm in (changes.alarms[:1] if changes.quarantine else changes.alarms))

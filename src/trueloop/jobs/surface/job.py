@@ -249,20 +249,20 @@ def corrected_files(read: ReadSurface, done: RecordedCorrection) -> tuple[list[N
     return [*files, ("record.json", done.record.to_json().encode())], notes
 
 
-def pattern_files(read: ReadSurface, found: SurfaceModel, magnify: float) -> tuple[list[Named], list[str]]:
+def pattern_files(read: ReadSurface, model: SurfaceModel, magnify: float) -> tuple[list[Named], list[str]]:
     """Returns all files of a pattern; a note where there is no CAD kernel, and so no CAD files."""
-    cad, written, notes = _cad_files(read, found, magnify)
-    return [*cad, *_report_files(read.inputs.name, found, written=written)], notes
+    cad, written, notes = _cad_files(read, model, magnify)
+    return [*cad, *_report_files(read.inputs.name, model, written=written)], notes
 
 
 def _cad_files(
-    read: ReadSurface, found: SurfaceModel, magnify: float
+    read: ReadSurface, model: SurfaceModel, magnify: float
 ) -> tuple[list[Named], list[WrittenPattern], list[str]]:
     """Nominal and pattern as STEP and IGES, in true size and magnified, and what they hold."""
     files, written, notes = list[Named](), list[WrittenPattern](), list[str]()
     try:
         for factor, name in ((1.0, "pattern"), (magnify, f"pattern-x{magnify:g}")):
-            made = pattern_surface(found.surface, found.pattern.mean, factor, found.options.tolerance_mm)
+            made = pattern_surface(model.surface, model.pattern.mean, factor, model.options.tolerance_mm)
             mark = f"trueloop: nominal + {factor:g} x machining pattern, not to be cut"
             written.append(WrittenPattern((f"{name}.step", f"{name}.iges"), factor, made))
             for file_name in written[-1].files:
@@ -277,14 +277,14 @@ def _cad_files(
 
 
 def _report_files(
-    name: str, found: SurfaceModel, correction: SurfaceCorrection | None = None, written: Sequence[WrittenPattern] = ()
+    name: str, model: SurfaceModel, correction: SurfaceCorrection | None = None, written: Sequence[WrittenPattern] = ()
 ) -> list[Named]:
     """pattern.json, pattern.html, maps.svg, and the maps of every part."""
     return [
-        ("pattern.json", pattern_to_json(found.pattern)),
-        ("pattern.html", surface_page(name, found, correction, written).encode()),
-        ("maps.svg", maps_picture(found).encode()),
-        *((f"{maps.name}-maps.csv", maps_to_csv(maps, normal)) for maps, normal in maps_of(found)),
+        ("pattern.json", pattern_to_json(model.pattern)),
+        ("pattern.html", surface_page(name, model, correction, written).encode()),
+        ("maps.svg", maps_picture(model).encode()),
+        *((f"{maps.name}-maps.csv", maps_to_csv(maps, normal)) for maps, normal in maps_of(model)),
     ]
 
 

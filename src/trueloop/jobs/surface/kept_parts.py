@@ -220,7 +220,7 @@ class Together:
 
 
 @dataclass(frozen=True)
-class Added:
+class AddedPart:
     """The kept values, the number of parts now in the store, and the findings about the new parts."""
 
     kept: KeptFacts
@@ -243,7 +243,7 @@ def with_store(read: ReadSurface, db: Choice, beside: Beside = "used", *, keep_o
     return Together(replace(together, inputs=replace(together.inputs, leave_out=not keep_outliers)), store, notes)
 
 
-def add_parts(together: Together, work: Work = HERE) -> Added:
+def add_parts(together: Together, work: Work = HERE) -> AddedPart:
     """Keeps the job's own parts and judges those that are new, each given the parts before it. Raises STO, SRF errors.
 
     Nothing is kept of parts that are refused: their points are compared with the surface first.
@@ -260,4 +260,4 @@ def add_parts(together: Together, work: Work = HERE) -> Added:
     counted = [part for part in parts if part.deviations.name not in inputs.options.exclude]
     noticed = notice_in_order(counted, new)
     findings = tuple(finding for one in noticed for finding in as_findings(one))
-    return Added(kept, len(parts), findings, together.notes)
+    return AddedPart(kept, len(parts), findings, together.notes)

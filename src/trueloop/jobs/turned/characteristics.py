@@ -77,13 +77,16 @@ def _general(tolerance: str, profile: Profile, toleranced: Collection[str]) -> I
         yield checked(asked, asked.nominal - found, asked.nominal + found, tolerance, profile)
 
 
-def _twice(one: Characteristic, message: str) -> TrueloopError:
+def _twice(characteristic: Characteristic, message: str) -> TrueloopError:
     hint = "a name, and a size at one place, stand once: with the limits that count"
-    return Code.TOL_TWICE.refusal(message, hint=hint, values={"characteristic": one.name})
+    return Code.TOL_TWICE.refusal(message, hint=hint, values={"characteristic": characteristic.name})
 
 
 def joined(
-    asked: Sequence[Characteristic], of_file: Sequence[Characteristic], profile: Profile, names: Mapping[str, str]
+    characteristics: Sequence[Characteristic],
+    of_file: Sequence[Characteristic],
+    profile: Profile,
+    names: Mapping[str, str],
 ) -> tuple[tuple[Characteristic, ...], tuple[str, ...]]:
     """Joins the job's characteristics with those of an inspection file that the job does not have; and notes.
 
@@ -91,12 +94,14 @@ def joined(
     size at one place, its limits count, and a note states it if the file has others. What is of no feature of the
     profile, or has no limits, or is not a size of a turned part, is not judged, and noted.
     """
-    found, notes = list(asked), list[str]()
+    found, notes = list(characteristics), list[str]()
     for theirs in of_file:
         one = replace(theirs, feature=names.get(theirs.feature, theirs.feature))
         # The job's may hold along the whole feature
         places = [place_of(each, profile) for each in (one, replace(one, at_z_mm=None))]
-        ours = next((each for each in asked if each.name == one.name or place_of(each, profile) in places), None)
+        ours = next(
+            (each for each in characteristics if each.name == one.name or place_of(each, profile) in places), None
+        )
         if ours is not None:
             notes += _other_limits(ours, one)
             continue
@@ -114,5 +119,5 @@ def _other_limits(ours: Characteristic, theirs: Characteristic) -> Iterator[str]
                       name=ours.name)  # fmt: skip
 
 
-def _same(one: float | None, other: float | None) -> bool:
-    return one is other or (one is not None and other is not None and abs(one - other) < SAME)
+def _same(value: float | None, other: float | None) -> bool:
+    return value is other or (value is not None and other is not None and abs(value - other) < SAME)

@@ -21,7 +21,7 @@ from trueloop.formats.record_file import read_record, record_of_edge
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import InForce, in_force
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
@@ -137,7 +137,7 @@ def require_tool(record: Record, inputs: Inputs) -> None:
     )
 
 
-def is_of_edge(record: Record, called: Called) -> bool:
+def is_of_edge(record: Record, called: CalledOffset) -> bool:
     """Returns whether a correction moves what an edge of a job with several cuts: not that of another tool's own job.
 
     Raises CMP-CUT-WITH for the correction of another edge of such a job: what was in force of this one is not stated.
@@ -167,18 +167,18 @@ def _sha256_beside(file: Path, record: Record, by: Ran | None) -> str:
     return ""
 
 
-def with_possible(inputs: Inputs, known: Sequence[tuple[Record, str]]) -> Inputs:
+def with_possible(inputs: Inputs, records: Sequence[tuple[Record, str]]) -> Inputs:
     """Returns inputs with the corrections, in words, that may have cut the measured part; where all were made after it
     was measured, with a note: a clock that is wrong would make them so.
     """
     measured_at = inputs.measured_at
     possible = tuple(
         words
-        for record, words in known
+        for record, words in records
         if measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= latest_time(measured_at)
     )
     notes = inputs.notes
-    if known and not possible and measured_at is not None:
+    if records and not possible and measured_at is not None:
         note = wording(
             "The part was measured {when}, before its program's corrections were made, by the clock of what measured "
             "it: it is taken as cut by the given program. Else state `programs.cut_with`.",

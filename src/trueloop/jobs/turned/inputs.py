@@ -32,7 +32,7 @@ from trueloop.loops.turned.cuts import InSetups, Setup, in_setups
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.share import vectors_in, vectors_of_edge
 from trueloop.memory.edge.options import MemoryOptions
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
@@ -134,10 +134,10 @@ def machine_of_job(job: Job) -> Machine | None:
     return Machine(name, serial) if name or serial else None
 
 
-def edge_of_job(given: TableOfTool) -> Edge | None:
+def edge_of_job(table: TableOfTool) -> Edge | None:
     """Returns the finishing tool's edge, as far as the job states it."""
-    stated = given.name or given.insert or given.corner or given.set_at
-    return Edge(Tool(given.number, given.name), given.insert, given.corner) if stated else None
+    stated = table.name or table.insert or table.corner or table.set_at
+    return Edge(Tool(table.number, table.name), table.insert, table.corner) if stated else None
 
 
 def _nose(files: JobFiles, nose_from: Sequence[Path]) -> NoseModel | None:
@@ -186,11 +186,11 @@ def _of_nose(tool: TableOfTool, other: JobFiles) -> Iterator[NoseTouches]:
         )
 
 
-def _same_edge(one: TableOfTool, other: ToolsTable) -> bool:
+def _same_edge(table: TableOfTool, other: ToolsTable) -> bool:
     """Returns True for two tables of one edge: by the name in both, else by the number of its offset."""
-    if one.name and other.name:
-        return (one.name, one.insert, one.corner) == (other.name, other.insert, other.corner)
-    return (one.number, one.table_edge or 1) == (other.number, other.table_edge or 1)
+    if table.name and other.name:
+        return (table.name, table.insert, table.corner) == (other.name, other.insert, other.corner)
+    return (table.number, table.table_edge or 1) == (other.number, other.table_edge or 1)
 
 
 def _options(job: Job, tool: TableOfTool) -> Options:
@@ -208,9 +208,9 @@ def _options(job: Job, tool: TableOfTool) -> Options:
     )
 
 
-def _between_cuts(given: CompensationTable) -> BetweenCuts:
+def _between_cuts(compensation: CompensationTable) -> BetweenCuts:
     """Returns the job's statement of how cuts differ; the prior where the job has none."""
-    common_um, along_um = given.cut_to_cut_um, given.cut_to_cut_along_um
+    common_um, along_um = compensation.cut_to_cut_um, compensation.cut_to_cut_along_um
     if common_um is None and along_um is None:
         return PRIOR
     source = wording("stated in the job") if common_um or along_um else NONE.source
@@ -222,7 +222,7 @@ def _ends(fit: FeatureFitTable) -> EndConditions:
     return EndConditions(*(None if number is None else number / UM_PER_MM for number in given))
 
 
-def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, Called | None]:
+def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, CalledOffset | None]:
     """Returns by feature the edge that the job names, None where it is to be left alone.
 
     Raises JOB-KEY for a feature that the part has not.

@@ -240,48 +240,48 @@ def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
 NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
-def read_part_on_machine(sources: Sources, job: Path, given: MachineTable, ball_radius_mm: float) -> PartOnMachine:
+def read_part_on_machine(sources: Sources, job: Path, machine: MachineTable, ball_radius_mm: float) -> PartOnMachine:
     """Reads the part on its machine. `ball_radius_mm` of the probe, where the table has none. Where several
     tools or set-ups cut it, what places these is stated in their own tables, and takes the place of zeros here.
 
     Raises MCH-FILE for anything that is not a model, MCH-MACHINE for a model of another machine, MCH-HISTORY and
     MCH-SIGNAL.
     """
-    file = sources.file(given.model)
+    file = sources.file(machine.model)
     model = read_model(file)
     with in_file(file):
-        require_serial(model, given.serial)
-    cutting = _signals(sources, job, model, given.cutting)
-    ball = ball_radius_mm if given.probe_ball_radius_mm is None else given.probe_ball_radius_mm
+        require_serial(model, machine.serial)
+    cutting = _signals(sources, job, model, machine.cutting)
+    ball = ball_radius_mm if machine.probe_ball_radius_mm is None else machine.probe_ball_radius_mm
     return PartOnMachine(
         model=model,
         sha256=sha256_of(file.read_bytes()),
-        work_zero_mm=given.work_zero_mm or NOWHERE,
-        tool_mm=given.tool_mm or NOWHERE,
-        probe_mm=given.probe_mm or given.tool_mm or NOWHERE,
+        work_zero_mm=machine.work_zero_mm or NOWHERE,
+        tool_mm=machine.tool_mm or NOWHERE,
+        probe_mm=machine.probe_mm or machine.tool_mm or NOWHERE,
         cutting=cutting,
-        semifinish=cutting if given.semifinish is None else _signals(sources, job, model, given.semifinish),
-        probing=cutting if given.probing is None else _signals(sources, job, model, given.probing),
-        touched_on=given.touched_on,
-        semifinish_cut=given.semifinish_cut,
+        semifinish=cutting if machine.semifinish is None else _signals(sources, job, model, machine.semifinish),
+        probing=cutting if machine.probing is None else _signals(sources, job, model, machine.probing),
+        touched_on=machine.touched_on,
+        semifinish_cut=machine.semifinish_cut,
         ball_radius_mm=ball,
-        extrapolate=given.extrapolate,
+        extrapolate=machine.extrapolate,
         file=str(job),
     )
 
 
-def _signals(sources: Sources, job: Path, model: MachineModel, given: dict[str, float] | Path) -> Signals:
-    if isinstance(given, Path):
-        log = sources.file(given)
+def _signals(sources: Sources, job: Path, model: MachineModel, source: dict[str, float] | Path) -> Signals:
+    if isinstance(source, Path):
+        log = sources.file(source)
         with in_file(log):
             return signals_at_end(read_history(log), model.lags)
     with in_file(job):
-        check_lags_given(model.lags, given)
+        check_lags_given(model.lags, source)
         for name in model.needs():
-            if name not in given:
+            if name not in source:
                 raise Code.MCH_SIGNAL.refusal(
-                    f"the model needs the signal {name!r}; the job gives {len(given)}: {', '.join(given) or 'none'}",
+                    f"the model needs the signal {name!r}; the job gives {len(source)}: {', '.join(source) or 'none'}",
                     hint=f"write it into the table [machine]: cutting = {{ {name} = 21.5 }}, in the unit of the data",
                     values={"signals": [name]},
                 )
-        return dict(given)
+        return dict(source)

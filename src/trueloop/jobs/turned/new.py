@@ -56,7 +56,7 @@ AS_DRAWN: Final = Chosen()
 
 
 @dataclass(frozen=True)
-class Drawn:
+class PartDrawing:
     """The profile, what the drawing asks for, and in words how it was read."""
 
     profile: Profile
@@ -64,14 +64,16 @@ class Drawn:
     asked: tuple[Characteristic, ...] = ()
 
 
-def read_drawing(path: Path, side: Side = Side.OUTSIDE, unit: Unit | None = None, chosen: Chosen = AS_DRAWN) -> Drawn:
+def read_drawing(
+    path: Path, side: Side = Side.OUTSIDE, unit: Unit | None = None, chosen: Chosen = AS_DRAWN
+) -> PartDrawing:
     """Reads the outside or the bore; `unit` is that of a DXF drawing that states none. Raises GEO and SRF errors."""
     if drawing_key(path) == "dxf":
         from trueloop.formats.cad.dxf import read_dxf  # ezdxf takes long to import
 
         drawn = read_dxf(path, unit=unit, side=side, outline=chosen.outline, zero=chosen.zero)
         with in_file(path):
-            return Drawn(checked_profile(drawn.features, side=side), drawn.notes)
+            return PartDrawing(checked_profile(drawn.features, side=side), drawn.notes)
     from trueloop.formats.cad.step_profile import read_step_profile  # so does the kernel
     from trueloop.formats.cad.step_tolerances import fitting
 
@@ -79,7 +81,7 @@ def read_drawing(path: Path, side: Side = Side.OUTSIDE, unit: Unit | None = None
     with in_file(path):
         profile = checked_profile(solid.features, side=side)
     asked = fitting(solid.characteristics, profile)
-    return Drawn(profile, (*solid.notes, *asked.notes), asked.characteristics)
+    return PartDrawing(profile, (*solid.notes, *asked.notes), asked.characteristics)
 
 
 def drawing_key(drawing: Path) -> str:
@@ -126,7 +128,7 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Made:
+class NewFiles:
     """The written files: the job first, then the file to be filled in, with `places` rows; and the part's features."""
 
     files: tuple[Path, ...]
@@ -135,7 +137,7 @@ class Made:
     notes: tuple[str, ...]
 
 
-def new_job(wanted: Wanted) -> Made:
+def new_job(wanted: Wanted) -> NewFiles:
     """Writes `job.toml`, and `readings.csv` with `sheet.html` or `touches.csv`; nothing where one is there already.
 
     The program is run and matched with the part: one that does not cut it is refused here, not at the first correction.
@@ -166,20 +168,20 @@ def new_job(wanted: Wanted) -> Made:
             )
     inputs = [wanted.program, *([] if wanted.drawing is None else [wanted.drawing])]
     files = write_all(wanted.folder, [(name, text.encode()) for name, text in contents.items()], inputs)
-    return Made(tuple(files), places, profile.names, drawn.notes)
+    return NewFiles(tuple(files), places, profile.names, drawn.notes)
 
 
 def _run(wanted: Wanted) -> Run:
     return Run(wanted.parameters, False, wanted.lines, tip=wanted.tip, accept_unknown_words=wanted.accept_unknown_words)
 
 
-def _drawn(wanted: Wanted, program: Program) -> Drawn:
+def _drawn(wanted: Wanted, program: Program) -> PartDrawing:
     """The part as it is drawn, or as the program's finish pass has it."""
     if wanted.drawing is not None:
         return read_drawing(wanted.drawing, wanted.side, chosen=wanted.chosen)
     with in_file(wanted.program):
         contour = _run(wanted).contour(program, wanted.nose_radius_mm, wanted.side)
-    return Drawn(contour.profile, tuple(contour.notes))
+    return PartDrawing(contour.profile, tuple(contour.notes))
 
 
 def _to_fill_in(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str, str], int]:
@@ -212,7 +214,7 @@ def _points(profile: Profile, nose_radius_mm: float) -> GaugingPoints:
     return equally_spaced(profile, spacings, reachable)
 
 
-def _said(wanted: Wanted, program: Program, drawn: Drawn, file: str) -> NewJob:
+def _said(wanted: Wanted, program: Program, drawn: PartDrawing, file: str) -> NewJob:
     def beside(path: FilePath) -> Path:
         return Path(relpath(path, wanted.folder))
 

@@ -144,13 +144,13 @@ def new_tables(files: JobFiles, corrected: PartCorrection) -> list[tuple[str, by
 
 
 def _with_offset(
-    files: JobFiles, tool: TableOfTool, path: Path, one: EdgeCorrection, before: bytes | None
+    files: JobFiles, tool: TableOfTool, path: Path, edge: EdgeCorrection, before: bytes | None
 ) -> bytes | None:
     """The table with one edge's offset more; `before`: with those of others."""
-    offset = None if one.correction is None else one.correction.record.tool_offset
-    if one.correction is None or offset is None or not offset.makes_the_correction:
+    offset = None if edge.correction is None else edge.correction.record.tool_offset
+    if edge.correction is None or offset is None or not offset.makes_the_correction:
         return before
-    return new_table(_read(files, tool, path, before), offset, one.correction.record.id).content
+    return new_table(_read(files, tool, path, before), offset, edge.correction.record.id).content
 
 
 def _read(files: JobFiles, tool: TableOfTool, path: Path, before: bytes | None) -> ToolTable:

@@ -16,7 +16,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, Severity, in_file
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 from trueloop.formats.inspections.shared.text import feature_names
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.measurements.touches_csv import read_touches
@@ -106,7 +106,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     require_features(mapping, names, profile)
     files = [sources.file(name) for name in job.gauging.readings_files]
     for file in files:
-        measured = _measured(file, Stated(job.gauging.readings_unit, mapping))
+        measured = _measured(file, StatedFacts(job.gauging.readings_unit, mapping))
         chosen = _of_part(measured, job)
         with in_file(file):
             found, points, unmatched = _matched(profile, chosen, names, strict=measured.format == GAUGE_CSV.name)
@@ -160,7 +160,7 @@ def _less(touch: Touch, allowance_mm: float) -> Touch:
     return replace(touch, error_mm=touch.error_mm - allowance_mm, measured_mm=None)
 
 
-def _measured(file: Path, stated: Stated) -> MeasuredFile:
+def _measured(file: Path, stated: StatedFacts) -> MeasuredFile:
     from trueloop.formats.inspections.known import read_measured_file  # slow to import: the readers of all formats
 
     return read_measured_file(file, stated)
@@ -190,14 +190,14 @@ def _of_other_name(file: str, measured: MeasuredFile, job: Job) -> list[str]:
     return [f"{file}: its part is {name!r}, that of the job {job.part.name!r}." for name in others]
 
 
-def _stated(one: Inspection, job: Job) -> Inspection:
+def _stated(inspection: Inspection, job: Job) -> Inspection:
     given = job.gauging
     return replace(
-        one,
-        part=Part(part_type(job), one.part.serial or job.part.serial),
-        device=one.device or given.device,
-        operator=one.operator or given.operator,
-        measured_at=one.measured_at.astimezone() if one.measured_at else given.measured_at,
+        inspection,
+        part=Part(part_type(job), inspection.part.serial or job.part.serial),
+        device=inspection.device or given.device,
+        operator=inspection.operator or given.operator,
+        measured_at=inspection.measured_at.astimezone() if inspection.measured_at else given.measured_at,
     )
 
 

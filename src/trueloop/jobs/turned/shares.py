@@ -26,7 +26,7 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part import EdgeCorrection, PartCorrection, SetupCorrection
 from trueloop.loops.turned.share import index_in, reading_in, touch_in
 from trueloop.nc.match.own_contour import OwnContour
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import MatchedReading, MatchedTouch
 
@@ -80,7 +80,7 @@ def _edges(corrected: PartCorrection) -> list[tuple[SetupCorrection, EdgeCorrect
     return [(one, edge) for one in corrected.setups for edge in one.edges if _identity(edge) is not None]
 
 
-def _called(of: EdgeCorrection) -> Called:
+def _called(of: EdgeCorrection) -> CalledOffset:
     assert of.contour is not None  # an edge of a set-up has its own
     return of.contour.edge.called
 
@@ -110,7 +110,7 @@ def name_of_share(part: str, own: OwnContour, setup: SetupFrame | None) -> str:
 
 
 def inspection_of_edge(
-    one: Inspection,
+    inspection: Inspection,
     profile: Profile,
     own: OwnContour,
     names: Mapping[str, str] | None = None,
@@ -125,13 +125,13 @@ def inspection_of_edge(
     touches are kept as they are seen from there: with their z less what that touch stands off its nominal.
     """
     frame = setup or PART
-    matched = match_inspection(profile, one, names)
+    matched = match_inspection(profile, inspection, names)
     mine = {
         index: own.profile.names[own.index_of(there)]
         for index in range(len(profile.features))
         if (there := index_in(frame, index, len(profile.features))) in [k for parts in own.parts for k in parts]
     }
-    reference = next((m for m in matched.touches if m.touch.point == one.z_reference), None)
+    reference = next((m for m in matched.touches if m.touch.point == inspection.z_reference), None)
     own_z = reference is None or reference.feature_index in mine
     off_mm = 0.0 if own_z or reference is None else _off_mm(profile, reference, allowance_mm)
     touches = [
@@ -142,8 +142,8 @@ def inspection_of_edge(
     readings = [placed for m in matched.readings if (placed := _own_reading(frame, m, mine)) is not None]
     values: tuple[Touch | Reading, ...] = (*touches, *readings)
     kind: Literal["touches", "readings"] = "touches" if touches else "readings"
-    z_reference = one.z_reference if own_z else None
-    return replace(one, measured=kind, values=values, count=len(values), z_reference=z_reference)
+    z_reference = inspection.z_reference if own_z else None
+    return replace(inspection, measured=kind, values=values, count=len(values), z_reference=z_reference)
 
 
 def _off_mm(profile: Profile, of: MatchedTouch, allowance_mm: float) -> float:

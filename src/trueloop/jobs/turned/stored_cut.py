@@ -81,9 +81,9 @@ def _correction(store: Store, record_id: str) -> Correction[turned.Correction]:
     raise Code.STO_LINK.refusal(f"{store.where!r} has no correction {record_id!r}", hint=hint, values={"serial": ""})
 
 
-def _of(one: Correction[turned.Correction], by: Ran | None, inputs: Inputs) -> InForce:
-    found = in_force(one.record, by, inputs.program, inputs.lines)
-    sha256 = _sha256([one], found.cut_with.ran)
+def _of(correction: Correction[turned.Correction], by: Ran | None, inputs: Inputs) -> InForce:
+    found = in_force(correction.record, by, inputs.program, inputs.lines)
+    sha256 = _sha256([correction], found.cut_with.ran)
     return replace(found, cut_with=replace(found.cut_with, program_sha256=sha256), stated=True)
 
 

@@ -133,7 +133,7 @@ def residuals(
     return tuple(kept), found, findings
 
 
-def element_signals(model: MachineModel, given: Mapping[str, str]) -> dict[str, str]:
+def element_signals(model: MachineModel, names: Mapping[str, str]) -> dict[str, str]:
     """Returns the signal of each axis' element: as given, else the one that most parts of the model's terms of that
     axis take.
 
@@ -147,7 +147,7 @@ def element_signals(model: MachineModel, given: Mapping[str, str]) -> dict[str, 
         ]
         if used:
             found[axis.name] = max(dict.fromkeys(used), key=used.count)
-    for name, signal in given.items():
+    for name, signal in names.items():
         found[chain.axis(name).name] = signal
     return found
 
@@ -242,18 +242,20 @@ def diagnose_machine(
     )
 
 
-def _frames(parts: Sequence[BothSeen], seen: Residuals, u_mm: float) -> Frames | None:
+def _frames(parts: Sequence[BothSeen], residuals: Residuals, u_mm: float) -> Frames | None:
     """Returns the differences of CMM and machine as motions of the part frames [6876 §3.1]."""
     if len(parts) < LEAST_PARTS:
         return None
     nominal_mm = np.concatenate([part.seen.nominal_mm for part in parts])
     names = [part.serial for part in parts]
-    return reconcile_frames(seen.part, nominal_mm, seen.normal, seen.residual_mm, u_mm, names)
+    return reconcile_frames(residuals.part, nominal_mm, residuals.normal, residuals.residual_mm, u_mm, names)
 
 
-def states_of(model: MachineModel, seen: Inspections, zero: Vector, tool: Array | Vector, signals: Signals) -> State:
+def states_of(
+    model: MachineModel, inspections: Inspections, zero: Vector, tool: Array | Vector, signals: Signals
+) -> State:
     """Axis positions that bring the tool point to each gauging point: part + zero − tool, one tool or (n, 3)."""
-    axes = seen.nominal_mm + np.array(zero) - np.array(tool)
+    axes = inspections.nominal_mm + np.array(zero) - np.array(tool)
     chain = model.machine.chain
     given = {name: axes[:, k] for k, name in enumerate("XYZ") if name in chain.order}
     return State(chain.positions(given), 0.0, signals, tool)
@@ -261,7 +263,7 @@ def states_of(model: MachineModel, seen: Inspections, zero: Vector, tool: Array 
 
 def decompose_part(
     model: MachineModel,
-    seen: Inspections,
+    inspections: Inspections,
     cutting: State,
     probing: State,
     *,
@@ -276,9 +278,9 @@ def decompose_part(
     """
     check_state(model, cutting, extrapolate)
     check_state(model, probing, extrapolate)
-    found = error_components(model, seen, cutting, probing, compensated=compensated)
+    found = error_components(model, inspections, cutting, probing, compensated=compensated)
     if not new_frame:
         return found, None
-    frame = fit_frame_discrepancy(seen, found.error_proc_resid)
-    mended = without_discrepancy(seen, frame)
+    frame = fit_frame_discrepancy(inspections, found.error_proc_resid)
+    mended = without_discrepancy(inspections, frame)
     return error_components(model, mended, cutting, probing, compensated=compensated), frame

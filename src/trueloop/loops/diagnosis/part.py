@@ -66,7 +66,7 @@ def require_stable(repeats: Sequence[tuple[str, Repeats]], accept: Collection[st
 
 
 @dataclass(frozen=True, eq=False)
-class Inspected:
+class InspectedPart:
     """One part: how it was made, without errors; the readings of each kind of device; its calibration if it is
     standard.
 
@@ -91,23 +91,23 @@ class Inspected:
         return replace(self.made, errors=errors, points=points)
 
 
-def against_calibrated(one: Inspection, standard: StandardPart | None) -> Inspection:
+def against_calibrated(inspection: Inspection, standard: StandardPart | None) -> Inspection:
     """Returns an inspection whose readings are off nominal by as much as they are off their calibrated values.
 
     Errors count from the nominal shape: a calibrated part is not nominal itself. Readings without a calibrated value,
     or of which neither has the nominal one, are left out.
     """
     if standard is None:
-        return one
+        return inspection
     known = {value.characteristic: value for value in standard.values}
     values = []
-    for value in one.values:
+    for value in inspection.values:
         if isinstance(value, Reading) and (calibrated := known.get(value.characteristic)) is not None:
             nominal = calibrated.nominal if value.nominal is None else value.nominal
             if nominal is not None:
                 actual = value.actual - calibrated.actual + nominal
                 values.append(replace(value, actual=actual, nominal=nominal))
-    return replace(one, values=tuple(values), count=len(values))
+    return replace(inspection, values=tuple(values), count=len(values))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +125,8 @@ class PartDiagnosis:
 
 
 def diagnose_part(
-    one: Inspected,
-    others: Collection[Inspected],
+    inspected: InspectedPart,
+    others: Collection[InspectedPart],
     places: Mapping[str, FeaturePlace],
     model: MachineModel | None = None,
     accept: Collection[str] = (),
@@ -135,11 +135,13 @@ def diagnose_part(
 
     Raises DIA-UNSTABLE for repeats that do not hold, unless it is accepted.
     """
-    seen = one.points(places)
-    findings = require_stable([(one.part.serial, r) for points in seen.values() for r in repeats_of(points)], accept)
+    seen = inspected.points(places)
+    findings = require_stable(
+        [(inspected.part.serial, r) for points in seen.values() for r in repeats_of(points)], accept
+    )
     for points in seen.values():
         findings += undetermined(points, places)
-    part = one.with_errors(places)
+    part = inspected.with_errors(places)
     causes = None
     if len(others) > 1:
         series = SeenSeries(places, tuple(other.with_errors(places) for other in others))
@@ -147,11 +149,16 @@ def diagnose_part(
         findings += causes.findings
     else:
         findings.append(ALONE)
-    if one.both is None or model is None:
+    if inspected.both is None or model is None:
         return PartDiagnosis(part, causes, tuple(findings))
-    components, frame = one.both.components(model)
+    components, frame = inspected.both.components(model)
     return PartDiagnosis(
-        part=part, causes=causes, findings=tuple(findings), points=one.both.points, components=components, frame=frame
+        part=part,
+        causes=causes,
+        findings=tuple(findings),
+        points=inspected.both.points,
+        components=components,
+        frame=frame,
     )
 
 
@@ -164,11 +171,11 @@ ALONE = Finding(
 )
 
 
-def of_part(found: Diagnosis, part: SeenPart) -> Diagnosis:
+def of_part(diagnosis: Diagnosis, part: SeenPart) -> Diagnosis:
     """Returns the causes of a series that act on features which this part shows."""
     shown = {error.feature for errors in part.errors.values() for error in errors}
-    own = tuple(one for one in found.candidates if not one.features or shown & set(one.features))
-    return replace(found, candidates=own)
+    own = tuple(one for one in diagnosis.candidates if not one.features or shown & set(one.features))
+    return replace(diagnosis, candidates=own)
 
 
 LEAST_PARTS = 2
@@ -184,7 +191,7 @@ class SeriesDiagnosis:
 
 
 def diagnose_series(
-    parts: Sequence[Inspected], places: Mapping[str, FeaturePlace], accept: Collection[str] = ()
+    parts: Sequence[InspectedPart], places: Mapping[str, FeaturePlace], accept: Collection[str] = ()
 ) -> SeriesDiagnosis:
     """Diagnoses parts in cutting order.
 

@@ -106,8 +106,8 @@ def _first(before: _First, blocks: _First, line: int) -> _First:
     return of(0), of(1), of(2), of(3)
 
 
-def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:
-    return (one[0] or other[0], one[1] or other[1], one[2] or other[2])
+def _any(left: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:
+    return (left[0] or other[0], left[1] or other[1], left[2] or other[2])
 
 
 Pieces: TypeAlias = Callable[[], Iterable[bytes]]
@@ -198,7 +198,7 @@ def _obstacle(text: "_Text", told: tuple[str, str, str, int, int], raised: BaseE
 
 
 def _written(
-    mapper: NcMapper, text: "_Text", survey: Survey, mark: str, identity: str, given: Unit | None
+    mapper: NcMapper, text: "_Text", survey: Survey, mark: str, identity: str, stated_unit: Unit | None
 ) -> Generator[bytes, None, Mapped]:
     written = filter(None, _displaced(mapper, text))
     yield _marked(next(written, b""), mark, survey.dialect)
@@ -209,7 +209,7 @@ def _written(
     edits += len(text.drawn[1].edits) if text.drawn else 0
     first = text.line_of(first) if not_run else first
     turns_back = text.line_of(turns_back) if turns_back else 0
-    unit = unit_told(given, stated)
+    unit = unit_told(stated_unit, stated)
     dialect, sha256 = survey.dialect, survey.sha256
     done = Mapped(
         record=identity,
@@ -225,7 +225,7 @@ def _written(
         unit=unit,
         turns_back_line=turns_back,
     )
-    _require_agreed(mapper, text, given)
+    _require_agreed(mapper, text, stated_unit)
     return done
 
 
@@ -325,10 +325,10 @@ def _text(source: Pieces, survey: Survey, options: MapOptions, values: Mapping[s
     return _Text([drawn[1].program.source], drawn)
 
 
-def _require_agreed(mapper: NcMapper, text: _Text, given: Unit | None) -> None:
+def _require_agreed(mapper: NcMapper, text: _Text, unit: Unit | None) -> None:
     *_, stated = mapper.summary()
     at = stated and (text.line_of(stated[0]) - 1, stated[1])
-    for found in contradicted(given, at, None):
+    for found in contradicted(unit, at, None):
         raise found.as_error()
 
 

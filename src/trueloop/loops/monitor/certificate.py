@@ -30,7 +30,7 @@ COVERAGE: Final = 2.0
 
 
 @dataclass(frozen=True)
-class Asked:
+class RequiredSize:
     """A characteristic that the part has to have. Limits in mm, of angles in degrees."""
 
     name: str
@@ -41,7 +41,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Seen:
+class PartInspection:
     """One inspection of the part; `released`: it had left the machine; None: that was not stated."""
 
     inspection: Inspection
@@ -49,18 +49,18 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Certified:
+class CertifiedSize:
     """One characteristic: `judged` by ISO 14253-1, None where that is not known; `missing` says in words what is not.
 
     `actual` is the mean of `repeats` readings, `expanded_u` holds their spread. `by` is the inspection they are from.
     """
 
-    asked: Asked
+    asked: RequiredSize
     actual: float | None
     expanded_u: float | None
     judged: Judgement | None
     repeats: int
-    by: Seen | None
+    by: PartInspection | None
     temperature_c: float | None
     missing: tuple[str, ...]
     remarks: tuple[str, ...]
@@ -85,7 +85,7 @@ class Certificate:
     """The certificate of one part. `missing`: facts of its cutting that are not known."""
 
     part: Part
-    values: tuple[Certified, ...]
+    values: tuple[CertifiedSize, ...]
     in_force: tuple[InForce, ...]
     missing: tuple[str, ...]
     cut_at: datetime | None = None
@@ -99,8 +99,8 @@ class Certificate:
 
 
 def certified(
-    part: Part, asked: Sequence[Asked], seen: Sequence[Seen], stated_u: float | None
-) -> tuple[Certified, ...]:
+    part: Part, sizes: Sequence[RequiredSize], seen: Sequence[PartInspection], stated_u: float | None
+) -> tuple[CertifiedSize, ...]:
     """Certifies each requested characteristic, by the latest inspection that has it: of a released part, where there is
     one.
 
@@ -112,51 +112,51 @@ def certified(
             hint="`trueloop series add` takes inspection files; a certificate says nothing that was not measured",
             values={"characteristic": part.serial},
         )
-    return tuple(_certified(one, seen, stated_u) for one in asked)
+    return tuple(_certified(one, seen, stated_u) for one in sizes)
 
 
-def asked_of(inspections: Iterable[Inspection]) -> tuple[Asked, ...]:
+def asked_of(inspections: Iterable[Inspection]) -> tuple[RequiredSize, ...]:
     """Returns the characteristics that all inspections of a part type request together: the latest nominal and limits
     of each.
 
     A coordinate without limits says where a feature was measured, and is not requested.
     """
-    found: dict[str, Asked] = {}
+    found: dict[str, RequiredSize] = {}
     for inspection in inspections:
         for one in inspection.readings:
             limited = _limits(one) != (None, None)
             if one.characteristic and (limited or (one.nominal is not None and one.quantity is not Quantity.POSITION)):
-                found[one.characteristic] = Asked(one.characteristic, one.quantity, one.nominal, *_limits(one))
+                found[one.characteristic] = RequiredSize(one.characteristic, one.quantity, one.nominal, *_limits(one))
     return tuple(found.values())
 
 
-def _limits(one: Reading) -> tuple[float | None, float | None]:
-    return one.lower_limit, one.upper_limit
+def _limits(reading: Reading) -> tuple[float | None, float | None]:
+    return reading.lower_limit, reading.upper_limit
 
 
-def _certified(asked: Asked, seen: Sequence[Seen], stated_u: float | None) -> Certified:
-    by, readings = _latest(asked.name, seen)
+def _certified(size: RequiredSize, inspections: Sequence[PartInspection], stated_u: float | None) -> CertifiedSize:
+    by, readings = _latest(size.name, inspections)
     values = [one.actual for one in readings]
     actual = fmean(values) if values else None
-    u = _standard_u(asked, readings, stated_u)
+    u = _standard_u(size, readings, stated_u)
     temperature = _temperature(readings, by)
-    judged = None if u is None else _judged(asked, values, u)
-    missing = [*_missing(asked, actual, u, by)]
-    if asked.quantity.is_zone and min(values, default=0.0) < 0 and asked.lower is None:
+    judged = None if u is None else _judged(size, values, u)
+    missing = [*_missing(size, actual, u, by)]
+    if size.quantity.is_zone and min(values, default=0.0) < 0 and size.lower is None:
         judged = judged if judged is not None and judged.verdict == "out" else None
         missing.append(wording("a {quantity} below 0 is a signed deviation: both limits are needed",
-                               quantity=asked.quantity.value))  # fmt: skip
-    missing += _contradicted(asked, seen, by, stated_u)
+                               quantity=size.quantity.value))  # fmt: skip
+    missing += _contradicted(size, inspections, by, stated_u)
     expanded = None if u is None or actual is None else COVERAGE * hypot(u, _spread(values))
-    remarks = [*_remarks(asked, by, temperature)] if readings else []
+    remarks = [*_remarks(size, by, temperature)] if readings else []
     if judged is not None and actual is not None and judged.value != actual:
         away = judged.value - actual
-        shown = f"{away:+.4f}°" if asked.quantity is Quantity.ANGLE else Um(away, "+.1f")
+        shown = f"{away:+.4f}°" if size.quantity is Quantity.ANGLE else Um(away, "+.1f")
         remarks.append(
             wording("judged by the worst of {n} readings, {away} from their mean", n=len(values), away=shown)
         )
-    return Certified(
-        asked=asked,
+    return CertifiedSize(
+        asked=size,
         actual=actual,
         expanded_u=expanded,
         judged=judged,
@@ -168,47 +168,49 @@ def _certified(asked: Asked, seen: Sequence[Seen], stated_u: float | None) -> Ce
     )
 
 
-def _standard_u(asked: Asked, readings: Sequence[Reading], stated_u: float | None) -> float | None:
+def _standard_u(size: RequiredSize, readings: Sequence[Reading], stated_u: float | None) -> float | None:
     """Returns the standard uncertainty of one reading, in its unit."""
     own = max((one.standard_u for one in readings if one.standard_u is not None), default=None)
-    return stated_u if own is None and asked.quantity is not Quantity.ANGLE else own
+    return stated_u if own is None and size.quantity is not Quantity.ANGLE else own
 
 
 def _spread(values: Sequence[float]) -> float:
     return stdev(values) if len(values) > 1 else 0.0
 
 
-def _judged(asked: Asked, values: Sequence[float], u: float) -> Judgement | None:
+def _judged(size: RequiredSize, values: Sequence[float], u: float) -> Judgement | None:
     """Judges the worst of some readings with the uncertainty `u` of one; where it is inside, their mean with the spread
     as well; None without values or limits.
     """
-    if not values or (asked.lower is None and asked.upper is None):
+    if not values or (size.lower is None and size.upper is None):
         return None
-    each = [judge(value, u, None, asked.lower, asked.upper) for value in values]
+    each = [judge(value, u, None, size.lower, size.upper) for value in values]
     worst = min(each, key=lambda one: 0.0 if one.margin is None else one.margin)
     if worst.verdict != "in":
         return worst
-    return judge(fmean(values), hypot(u, _spread(values)), None, asked.lower, asked.upper)
+    return judge(fmean(values), hypot(u, _spread(values)), None, size.lower, size.upper)
 
 
-def _contradicted(asked: Asked, seen: Sequence[Seen], by: Seen | None, stated_u: float | None) -> Iterator[str]:
+def _contradicted(
+    size: RequiredSize, inspections: Sequence[PartInspection], by: PartInspection | None, stated_u: float | None
+) -> Iterator[str]:
     """Yields other measurements, of the same state of the part, that prove the characteristic outside its limits."""
-    for one in seen:
+    for one in inspections:
         if by is None or one is by or bool(one.released) != bool(by.released):
             continue
-        readings = [each for each in one.inspection.readings if each.characteristic == asked.name]
-        u = _standard_u(asked, readings, stated_u)
-        judged = None if u is None else _judged(asked, [each.actual for each in readings], u)
+        readings = [each for each in one.inspection.readings if each.characteristic == size.name]
+        u = _standard_u(size, readings, stated_u)
+        judged = None if u is None else _judged(size, [each.actual for each in readings], u)
         if judged is not None and judged.verdict == "out":
             at = one.inspection.measured_at
-            named = (one.inspection.device_of(asked.name), "" if at is None else f"{at:%Y-%m-%d %H:%M}")
+            named = (one.inspection.device_of(size.name), "" if at is None else f"{at:%Y-%m-%d %H:%M}")
             yield wording("another measurement is outside the limits: {which}",
                           which=", ".join(filter(None, named)) or one.inspection.sha256[:12])  # fmt: skip
 
 
-def _latest(name: str, seen: Sequence[Seen]) -> tuple[Seen | None, tuple[Reading, ...]]:
+def _latest(name: str, inspections: Sequence[PartInspection]) -> tuple[PartInspection | None, tuple[Reading, ...]]:
     """Returns the readings of the latest inspection that has the characteristic: a released part's first."""
-    ordered = sorted(seen, key=lambda one: bool(one.released))  # stable: later ones stay later
+    ordered = sorted(inspections, key=lambda one: bool(one.released))  # stable: later ones stay later
     for one in reversed(ordered):
         own = tuple(each for each in one.inspection.readings if each.characteristic == name)
         if own:
@@ -216,7 +218,7 @@ def _latest(name: str, seen: Sequence[Seen]) -> tuple[Seen | None, tuple[Reading
     return None, ()
 
 
-def _temperature(readings: Sequence[Reading], by: Seen | None) -> float | None:
+def _temperature(readings: Sequence[Reading], by: PartInspection | None) -> float | None:
     """Returns the part's temperature when measured: that of the readings, else of the inspection's only sensor."""
     own = [one.temperature_c for one in readings if one.temperature_c is not None]
     if own:
@@ -225,15 +227,15 @@ def _temperature(readings: Sequence[Reading], by: Seen | None) -> float | None:
     return of_all[0] if len(of_all) == 1 else None
 
 
-def _missing(asked: Asked, actual: float | None, u: float | None, by: Seen | None) -> Iterator[str]:
+def _missing(size: RequiredSize, actual: float | None, u: float | None, by: PartInspection | None) -> Iterator[str]:
     if actual is None:
         yield wording("it was not measured on this part")
         return
-    if asked.lower is None and asked.upper is None:
+    if size.lower is None and size.upper is None:
         yield wording("no limit is stated")
     if u is None:
         yield wording("no uncertainty is stated")
-    if by is not None and not by.inspection.device_of(asked.name):
+    if by is not None and not by.inspection.device_of(size.name):
         yield wording("the device is not stated")
 
 
@@ -246,7 +248,7 @@ def on_the_machine(inspection: Inspection, characteristic: str = "") -> bool:
     return inspection.frame == "machine" or by_probe
 
 
-def _remarks(asked: Asked, by: Seen | None, temperature: float | None) -> Iterator[str]:
+def _remarks(size: RequiredSize, by: PartInspection | None, temperature: float | None) -> Iterator[str]:
     """Yields remarks that do not forbid a certificate, but that its reader has to know."""
     if temperature is None:
         yield wording("temperature not stated")
@@ -254,5 +256,5 @@ def _remarks(asked: Asked, by: Seen | None, temperature: float | None) -> Iterat
         yield wording("measured at {t:.1f} °C, not at 20 °C", t=temperature)
     if by is not None and by.inspection.measured_at is None:
         yield wording("time of measuring not stated")
-    if by is not None and by.released is False and on_the_machine(by.inspection, asked.name):
+    if by is not None and by.released is False and on_the_machine(by.inspection, size.name):
         yield wording("measured on the machine that cut it, which does not see its own errors")

@@ -13,15 +13,15 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code
 from trueloop.loops.monitor.known import PartFacts, known, only
 from trueloop.loops.monitor.options import ChartOptions
-from trueloop.loops.post_process.tracked import Tracked, TrackedPart
+from trueloop.loops.post_process.tracked import TrackedPart, TrackedSeries
 from trueloop.monitoring.capability import SHARE_OF_FREEDOM, Capability, capability
 from trueloop.monitoring.charts import FEWEST, MOVING_RANGE, RULES, Alarm
-from trueloop.monitoring.explain import Explained, Explanation, Likely, explained
-from trueloop.monitoring.segments import Charted, Correlation, charted, correlation
+from trueloop.monitoring.explain import ExplainedAlarm, Explanation, Likely, explained
+from trueloop.monitoring.segments import Correlation, SegmentedSeries, charted, correlation
 from trueloop.wording import wording
 
 
-def with_diagnosis(found: Explained, diagnosis: Diagnosis, sigma_mm: float) -> Explained:
+def with_diagnosis(alarm: ExplainedAlarm, diagnosis: Diagnosis, sigma_mm: float) -> ExplainedAlarm:
     """Adds the candidates of a diagnosis to the explained alarm: they share the probability that nothing known
     explains.
 
@@ -29,15 +29,17 @@ def with_diagnosis(found: Explained, diagnosis: Diagnosis, sigma_mm: float) -> E
     stays unknown. Sizes are in `sigma_mm`, the charts' standard deviation.
     """
     total = max(1.0, sum(one.probability for one in diagnosis.candidates))
-    added = [_likely(one, found.unknown * one.probability / total, sigma_mm) for one in diagnosis.candidates]
-    ordered = sorted([*found.likely, *added], key=lambda one: one.probability, reverse=True)
-    left = found.unknown - sum(one.probability for one in added)
-    return replace(found, likely=tuple(ordered), unknown=max(left, 0.0))
+    added = [_likely(one, alarm.unknown * one.probability / total, sigma_mm) for one in diagnosis.candidates]
+    ordered = sorted([*alarm.likely, *added], key=lambda one: one.probability, reverse=True)
+    left = alarm.unknown - sum(one.probability for one in added)
+    return replace(alarm, likely=tuple(ordered), unknown=max(left, 0.0))
 
 
-def _likely(one: Candidate, probability: float, sigma_mm: float) -> Likely:
-    words = one.supports[0] if one.supports else one.cause.name
-    return Likely(one.cause.key, words, probability, one.size_mm / sigma_mm, one.standard_u_mm / sigma_mm)
+def _likely(candidate: Candidate, probability: float, sigma_mm: float) -> Likely:
+    words = candidate.supports[0] if candidate.supports else candidate.cause.name
+    return Likely(
+        candidate.cause.key, words, probability, candidate.size_mm / sigma_mm, candidate.standard_u_mm / sigma_mm
+    )
 
 
 NORMAL: Final = 0.05
@@ -51,7 +53,7 @@ class Episode:
     first: int
     last: int
     alarms: tuple[Alarm, ...]
-    explained: Explained
+    explained: ExplainedAlarm
 
 
 @by_content
@@ -65,7 +67,7 @@ class MonitoredSeries:
     characteristic: Characteristic
     serials: tuple[str, ...]
     set_before: tuple[bool, ...]
-    charted: Charted
+    charted: SegmentedSeries
     episodes: tuple[Episode, ...]
     capability: Capability | None
     correlation: Correlation
@@ -73,7 +75,7 @@ class MonitoredSeries:
 
 
 def chart_of(
-    tracked: Tracked, facts: Sequence[PartFacts], options: ChartOptions, diagnosis: Diagnosis | None = None
+    tracked: TrackedSeries, facts: Sequence[PartFacts], options: ChartOptions, diagnosis: Diagnosis | None = None
 ) -> MonitoredSeries:
     """Charts a series; `facts` are those of its parts, one each. `diagnosis`: of the series, where there is one.
 
@@ -104,12 +106,12 @@ def chart_of(
     )
 
 
-def _value(one: TrackedPart, options: ChartOptions) -> float | None:
+def _value(tracked_part: TrackedPart, options: ChartOptions) -> float | None:
     if options.what == "value":
-        return one.made.error_mm
-    if one.expected_mm is None or not one.expected_u_mm:
+        return tracked_part.made.error_mm
+    if tracked_part.expected_mm is None or not tracked_part.expected_u_mm:
         return None
-    return (one.made.error_mm - one.expected_mm) / one.expected_u_mm
+    return (tracked_part.made.error_mm - tracked_part.expected_mm) / tracked_part.expected_u_mm
 
 
 def _baseline(parts: Sequence[TrackedPart], begins: Sequence[int], options: ChartOptions) -> Flags:
@@ -141,15 +143,15 @@ def _place(parts: Sequence[TrackedPart], serial: str) -> int:
     )
 
 
-def _episodes(found: Charted, causes: Sequence[Explanation], options: ChartOptions) -> Iterator[Episode]:
+def _episodes(series: SegmentedSeries, causes: Sequence[Explanation], options: ChartOptions) -> Iterator[Episode]:
     """Yields the alarms, neighbours joined as one. Explanations are sought among the parts since the episode before.
 
     A residual of a step fades as memory learns it: only parts up to the first alarm tell of its cause. The moving range
     begins none: it signals once in 110 parts by chance, and what it sees single values show too.
     """
-    for one in found.segments:
+    for one in series.segments:
         start = one.first
-        own = [alarm for alarm in found.alarms if one.first <= alarm.index < one.stop]
+        own = [alarm for alarm in series.alarms if one.first <= alarm.index < one.stop]
         runs: list[tuple[int, int]] = []
         for k in sorted({alarm.index for alarm in own if alarm.chart != MOVING_RANGE}):
             if runs and k == runs[-1][1] + 1:
@@ -158,37 +160,37 @@ def _episodes(found: Charted, causes: Sequence[Explanation], options: ChartOptio
                 runs.append((k, k))
         for first, last in runs:
             span = slice(start, (last if options.what == "value" else first) + 1)
-            why = explained(found.z[span], only(causes, span))
+            why = explained(series.z[span], only(causes, span))
             of_it = tuple(alarm for alarm in own if first <= alarm.index <= last)
             yield Episode(first, last, of_it, replace(why, since=start + why.since))
             start = last + 1
 
 
-def _capability(tracked: Tracked, values: Array, found: Charted) -> Capability | None:
+def _capability(tracked: TrackedSeries, values: Array, series: SegmentedSeries) -> Capability | None:
     """Returns the capability of all parts; the short-term deviation is that of the charts. None without limits."""
     asked = tracked.series.characteristic
     if asked.lower_limit is None and asked.upper_limit is None:
         return None
     limits = [None if one is None else one - asked.nominal for one in (asked.lower_limit, asked.upper_limit)]
-    base = next(one.base for one in found.segments if one.base is not None)
+    base = next(one.base for one in series.segments if one.base is not None)
     return capability(values, limits[0], limits[1], base=base)
 
 
-def _correlation(found: Charted) -> Correlation:
+def _correlation(series: SegmentedSeries) -> Correlation:
     """Returns the correlation of the baseline, each value about the centre of its segment."""
-    return correlation(found.z[found.in_baseline & np.isfinite(found.z)])
+    return correlation(series.z[series.in_baseline & np.isfinite(series.z)])
 
 
 def _remarks(
-    tracked: Tracked,
-    found: Charted,
+    tracked: TrackedSeries,
+    series: SegmentedSeries,
     index: Capability | None,
     like: Correlation,
     options: ChartOptions,
     *,
     alarming: bool,
 ) -> Iterator[str]:
-    count = next(one.base.count for one in found.segments if one.base is not None)
+    count = next(one.base.count for one in series.segments if one.base is not None)
     unsure = 100.0 / np.sqrt(2.0 * SHARE_OF_FREEDOM * (count - 1))
     if count < 2 * FEWEST + 4:
         yield wording(
@@ -208,7 +210,7 @@ def _remarks(
             "correcting too much",
             r=like.lag_1,
         )  # fmt: skip
-    left = sum(one.base is None for one in found.segments)
+    left = sum(one.base is None for one in series.segments)
     if left:
         yield wording("{n} segments are too short for a centre and have no chart", n=left)
     asked = tracked.series.characteristic

@@ -12,7 +12,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.loops.monitor.options import BASELINE
 from trueloop.monitoring.charts import RULES, Alarm
 from trueloop.monitoring.gauge_check import Drift, drift, e_n
-from trueloop.monitoring.segments import Charted, charted
+from trueloop.monitoring.segments import SegmentedSeries, charted
 from trueloop.wording import Um, wording
 
 WARM_K = 1.0
@@ -53,7 +53,7 @@ class GaugeSeries:
     characteristic: str
     checks: tuple[Check, ...]
     drift: Drift
-    charted: Charted | None
+    charted: SegmentedSeries | None
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
@@ -167,7 +167,7 @@ def _days(checks: Sequence[Check]) -> Array | None:
     return days
 
 
-def _charted(checks: Sequence[Check]) -> Charted | None:
+def _charted(checks: Sequence[Check]) -> SegmentedSeries | None:
     values = np.array([one.deviation_mm for one in checks])
     try:
         return charted(values, np.arange(len(values)) < BASELINE, (), RULES[:1])
@@ -177,22 +177,22 @@ def _charted(checks: Sequence[Check]) -> Charted | None:
         return None
 
 
-def _remarks(one: GaugeSeries) -> Iterator[str]:
-    if one.drift.biased and one.drift.bias_u is not None:
-        bias, u = Um(one.drift.bias, "+.2f"), Um(2.0 * one.drift.bias_u, ".2f")
+def _remarks(series: GaugeSeries) -> Iterator[str]:
+    if series.drift.biased and series.drift.bias_u is not None:
+        bias, u = Um(series.drift.bias, "+.2f"), Um(2.0 * series.drift.bias_u, ".2f")
         yield wording("bias {bias} ± {u} (k = 2): calibrate it anew", bias=bias, u=u)
-    slope = one.drift.slope
+    slope = series.drift.slope
     if slope is not None and slope.significant:
         per_day, half = Um(slope.per_day, "+.3f"), Um(slope.half_width, ".3f")
         yield wording("drifts by {per_day} ± {half} a day: check it more often", per_day=per_day, half=half)
-    if one.failing(len(one.checks) - 1):
+    if series.failing(len(series.checks) - 1):
         yield wording("the last check fails: what it measured since the check before is in doubt")
-    if one.charted is None:
-        yield wording("{n} checks are too few for a chart", n=len(one.checks))
-    if one.drift.repeatability is None:
+    if series.charted is None:
+        yield wording("{n} checks are too few for a chart", n=len(series.checks))
+    if series.drift.repeatability is None:
         yield wording("no check has repeats: repeatability is not known")
-    if all(check.gauge_u_mm is None for check in one.checks):
+    if all(check.gauge_u_mm is None for check in series.checks):
         yield wording("the device states no uncertainty: checks are judged by the chart alone")
-    warm = [check.temperature_c for check in one.checks if check.temperature_c is not None]
+    warm = [check.temperature_c for check in series.checks if check.temperature_c is not None]
     if warm and max(abs(t - 20.0) for t in warm) > WARM_K:
         yield wording("checks at up to {t:.1f} °C: expansion of the standard part is in the deviations", t=max(warm))

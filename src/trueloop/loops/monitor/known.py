@@ -14,7 +14,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind
-from trueloop.loops.post_process.series import Made
+from trueloop.loops.post_process.series import MadePart
 from trueloop.monitoring.explain import Explanation
 from trueloop.wording import Um, Wording, wording
 
@@ -44,7 +44,7 @@ SHORT: Final = 8
 """Digits of a hash that are shown."""
 
 
-def known(made: Sequence[Made], facts: Sequence[PartFacts], in_baseline: Flags) -> tuple[Explanation, ...]:
+def known(made: Sequence[MadePart], facts: Sequence[PartFacts], in_baseline: Flags) -> tuple[Explanation, ...]:
     """Returns all known explanations of values that left their centre."""
     return (
         *_settings(made, facts),
@@ -58,7 +58,7 @@ def known(made: Sequence[Made], facts: Sequence[PartFacts], in_baseline: Flags) 
     )
 
 
-def _settings(made: Sequence[Made], facts: Sequence[PartFacts]) -> Iterator[Explanation]:
+def _settings(made: Sequence[MadePart], facts: Sequence[PartFacts]) -> Iterator[Explanation]:
     """Yields shapes that last until the next setting."""
     at = [k for k, one in enumerate(made) if one.set_before or facts[k].events]
     for k, end in pairwise([*at, len(made)]):
@@ -74,7 +74,7 @@ def _set_words(fact: PartFacts) -> Wording:
     return wording("the tool was set before part {serial}", serial=fact.serial)
 
 
-def _corrections(made: Sequence[Made], facts: Sequence[PartFacts]) -> Iterator[Explanation]:
+def _corrections(made: Sequence[MadePart], facts: Sequence[PartFacts]) -> Iterator[Explanation]:
     at = [k for k in range(1, len(made)) if made[k].correction_mm != made[k - 1].correction_mm]
     for k, end in pairwise([*at, len(made)]):
         change, serial = Um(made[k - 1].correction_mm - made[k].correction_mm, "+.1f"), made[k].serial
@@ -107,7 +107,7 @@ def _not_run(facts: Sequence[PartFacts]) -> Iterator[Explanation]:
         yield Explanation(wording("correction not run"), words, where.astype(float))
 
 
-def _wear(made: Sequence[Made], facts: Sequence[PartFacts], in_baseline: Flags) -> Iterator[Explanation]:
+def _wear(made: Sequence[MadePart], facts: Sequence[PartFacts], in_baseline: Flags) -> Iterator[Explanation]:
     minutes = [one.minutes for one in facts]
     timed = all(one is not None for one in minutes)
     set_at = np.maximum.accumulate([k if one.set_before or facts[k].events else 0 for k, one in enumerate(made)])

@@ -8,7 +8,7 @@ from trueloop.domain.life import Identity
 from trueloop.domain.proposal import Proposal, ProposalClass, ProposalDecision
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.post_process.series import SeriesOptions
-from trueloop.loops.post_process.tracked import Tracked
+from trueloop.loops.post_process.tracked import TrackedSeries
 from trueloop.statistics import NORMAL_95
 from trueloop.units import UM_PER_MM
 
@@ -28,7 +28,7 @@ def decide(
     verdict: Literal["accepted", "rejected"],
     who: str,
     now: datetime,
-    series: Mapping[Identity, Tracked],
+    series: Mapping[Identity, TrackedSeries],
     earlier: Sequence[ProposalDecision],
     options: SeriesOptions,
     *,
@@ -55,7 +55,7 @@ def decide(
 
 
 def _refusals(
-    proposal: Proposal, now: datetime, series: Mapping[Identity, Tracked], options: SeriesOptions
+    proposal: Proposal, now: datetime, series: Mapping[Identity, TrackedSeries], options: SeriesOptions
 ) -> Iterator[TrueloopError]:
     yield from _superseded(proposal, series)
     yield from _large(proposal, options)
@@ -67,7 +67,7 @@ def _override(code: Code) -> str:
     return f"--override {OVERRIDES[code]}"
 
 
-def _superseded(proposal: Proposal, series: Mapping[Identity, Tracked]) -> Iterator[TrueloopError]:
+def _superseded(proposal: Proposal, series: Mapping[Identity, TrackedSeries]) -> Iterator[TrueloopError]:
     for effect in proposal.effects:
         now = series.get(effect.series)
         if now is None or not now.series.latest:
@@ -115,7 +115,7 @@ def _old(proposal: Proposal, now: datetime, options: SeriesOptions) -> Iterator[
     )
 
 
-def _alarm(proposal: Proposal, series: Mapping[Identity, Tracked]) -> Iterator[TrueloopError]:
+def _alarm(proposal: Proposal, series: Mapping[Identity, TrackedSeries]) -> Iterator[TrueloopError]:
     if proposal.changes is ProposalClass.MEMORY:  # it is the answer to the alarm
         return
     for effect in proposal.effects:

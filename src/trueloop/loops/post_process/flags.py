@@ -48,10 +48,10 @@ def _part(serial: str) -> Mapping[str, str]:
     return {"part": serial}
 
 
-def unit_findings(known: Mapping[str, Characteristic], inspection: Inspection) -> Iterator[Finding]:
+def unit_findings(characteristics: Mapping[str, Characteristic], inspection: Inspection) -> Iterator[Finding]:
     """Yields SER-UNIT, an error: sizes 25.4 times, or a 25.4th of, those known of the series or their nominal."""
     for asked, error_mm in sizes_of(inspection):
-        before = known.get(asked.name)
+        before = characteristics.get(asked.name)
         against = before.nominal if before is not None else asked.nominal
         for value, near, what in (
             (asked.nominal, SAME_RATIO, "nominal"),
@@ -103,10 +103,10 @@ def known_findings(known: Mapping[str, Characteristic], inspection: Inspection) 
             )
 
 
-def _sizes(asked: Characteristic) -> str:
+def _sizes(characteristic: Characteristic) -> str:
     limits = [
-        f"{asked.nominal:.4f}",
-        *(f"{one:.4f}" for one in (asked.lower_limit, asked.upper_limit) if one is not None),
+        f"{characteristic.nominal:.4f}",
+        *(f"{one:.4f}" for one in (characteristic.lower_limit, characteristic.upper_limit) if one is not None),
     ]
     return " / ".join(limits)
 
@@ -124,12 +124,12 @@ def few_findings(series: Sequence[Series]) -> Iterator[Finding]:
             )
 
 
-def usable(seen: Sequence[PartSeen], *, take_nominal: bool) -> tuple[tuple[PartSeen, ...], tuple[Finding, ...]]:
+def usable(parts: Sequence[PartSeen], *, take_nominal: bool) -> tuple[tuple[PartSeen, ...], tuple[Finding, ...]]:
     """Returns the parts that count, and findings on any of them. Takes them in cutting order."""
     kept: list[PartSeen] = []
     findings: list[Finding] = []
     known: dict[tuple[str, ...], dict[str, Characteristic]] = {}
-    for part in seen:
+    for part in parts:
         inspection, before = part.inspection, known.setdefault(part.inspection.part.part_type.identity, {})
         findings += nominal_findings(inspection, used=take_nominal)
         if filled_in(inspection) and not take_nominal:

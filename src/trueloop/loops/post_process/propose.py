@@ -30,11 +30,11 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
 from trueloop.loops.post_process.series import SeriesOptions
-from trueloop.loops.post_process.tracked import Tracked
+from trueloop.loops.post_process.tracked import TrackedSeries
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.programs import contour_tools, edge_of_pass, no_number, require_in_force
 from trueloop.memory.level.whitening import LEAST, REDUCED, monitor
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program
 from trueloop.statistics import NORMAL_95
 from trueloop.tolerances.conformance import probability_between
@@ -45,14 +45,16 @@ from trueloop.wording import Um
 
 
 @dataclass(frozen=True)
-class Made:
+class ProposalContext:
     """By whom and when proposals are made."""
 
     by: str
     at: datetime
 
 
-def proposals_of(series: Sequence[Tracked], options: SeriesOptions, made: Made) -> tuple[Proposal, ...]:
+def proposals_of(
+    series: Sequence[TrackedSeries], options: SeriesOptions, made: ProposalContext
+) -> tuple[Proposal, ...]:
     """Returns the proposals of each series that is the latest of its characteristic; () where it is best left alone."""
     found: list[Proposal] = []
     for one in series:
@@ -63,7 +65,7 @@ def proposals_of(series: Sequence[Tracked], options: SeriesOptions, made: Made) 
     return tuple(found)
 
 
-def offset_of(one: Tracked, options: SeriesOptions, made: Made) -> list[Proposal]:
+def offset_of(one: TrackedSeries, options: SeriesOptions, made: ProposalContext) -> list[Proposal]:
     """Returns the next part's change of size, where it is worth it: −1 times what the correction is to take off."""
     change_mm = -one.change_mm
     if abs(change_mm) <= options.least_mm:
@@ -76,12 +78,12 @@ def offset_of(one: Tracked, options: SeriesOptions, made: Made) -> list[Proposal
     return [_proposal(ProposalClass.TOOL_OFFSET, [one], [effect], made, why)]
 
 
-def effect_of(one: Tracked, size_change_mm: float) -> Effect:
+def effect_of(series: TrackedSeries, size_change_mm: float) -> Effect:
     """Predicts the effect of a change of size; the share of it that arrives is estimated from the parts."""
-    step, asked = one.last.step, one.series.characteristic
+    step, asked = series.last.step, series.series.characteristic
     gain = 1.0 if step.gain is None else step.gain
     # The step predicts with its own correction; what is taken off less than that stays on.
-    after_mm = step.predicted_mm + gain * (step.correction_mm - one.in_force_mm + size_change_mm)
+    after_mm = step.predicted_mm + gain * (step.correction_mm - series.in_force_mm + size_change_mm)
     before_mm = after_mm - gain * size_change_mm
     u_mm = step.predicted_u_mm or 0.0
 
@@ -91,23 +93,23 @@ def effect_of(one: Tracked, size_change_mm: float) -> Effect:
         return probability_between(asked.nominal + error_mm, u_mm, None, asked.lower_limit, asked.upper_limit)
 
     return Effect(
-        characteristic=one.series.name,
-        series=one.series.identity,
-        parts=len(one.parts),
+        characteristic=series.series.name,
+        series=series.series.identity,
+        parts=len(series.parts),
         size_change_mm=size_change_mm,
         error_before_mm=before_mm,
         error_after_mm=after_mm,
         standard_u_mm=u_mm,
         probability_in_before=inside(before_mm),
         probability_in_after=inside(after_mm),
-        weight=step.weight.value * one.factor,
-        in_force_mm=one.in_force_mm,
+        weight=step.weight.value * series.factor,
+        in_force_mm=series.in_force_mm,
     )
 
 
-def restart_of(one: Tracked, made: Made) -> list[Proposal]:
+def restart_of(series: TrackedSeries, made: ProposalContext) -> list[Proposal]:
     """Proposes after an alarm to learn from the alarming part on, because earlier parts may hold no more."""
-    alarm = one.open_alarm
+    alarm = series.open_alarm
     if alarm is None:
         return []
     expected, band = Um(alarm.expected_mm or 0.0, "+.1f"), Um(NORMAL_95 * (alarm.expected_u_mm or 0.0))
@@ -115,26 +117,33 @@ def restart_of(one: Tracked, made: Made) -> list[Proposal]:
         f"part {alarm.made.serial} was expected at {expected} ± {band} and found at {Um(alarm.made.error_mm, '+.1f')}: "
         "another edge, another offset, or a wrong value"
     )
-    return [_proposal(ProposalClass.MEMORY, [one], [effect_of(one, 0.0)], made, why, from_serial=alarm.made.serial)]
+    return [
+        _proposal(ProposalClass.MEMORY, [series], [effect_of(series, 0.0)], made, why, from_serial=alarm.made.serial)
+    ]
 
 
-def weight_of(one: Tracked, made: Made) -> list[Proposal]:
+def weight_of(series: TrackedSeries, made: ProposalContext) -> list[Proposal]:
     """Proposes a weight where the remaining errors are not white: the factor of the changes, by the standard percentage
     [4773 §3.5].
     """
-    seen = monitor(np.array([part.step.innovation_mm or 0.0 for part in one.parts[1:]]))
+    seen = monitor(np.array([part.step.innovation_mm or 0.0 for part in series.parts[1:]]))
     if not seen.says:
         return []
     rises = seen.agreeing > seen.pairs / 2
-    factor = float(np.clip(one.factor / REDUCED if rises else one.factor * REDUCED, LEAST, 1.0))
-    if factor == one.factor:
+    factor = float(np.clip(series.factor / REDUCED if rises else series.factor * REDUCED, LEAST, 1.0))
+    if factor == series.factor:
         return []
     why = f"{seen.says} ({seen.agreeing} of {seen.pairs} neighbours have one sign, p = {seen.probability:.2g})"
-    return [_proposal(ProposalClass.WEIGHT, [one], [effect_of(one, 0.0)], made, why, weight=factor)]
+    return [_proposal(ProposalClass.WEIGHT, [series], [effect_of(series, 0.0)], made, why, weight=factor)]
 
 
 def of_tool(
-    series: Sequence[Tracked], effects: Sequence[Effect], offset: ToolOffset, control: str, made: Made, why: str
+    series: Sequence[TrackedSeries],
+    effects: Sequence[Effect],
+    offset: ToolOffset,
+    control: str,
+    made: ProposalContext,
+    why: str,
 ) -> Proposal:
     """Proposes one tool's offset for several characteristics, in the words of a control."""
     found = _proposal(ProposalClass.TOOL_OFFSET, series, effects, made, why, tool_offset=offset)
@@ -143,9 +152,9 @@ def of_tool(
 
 def _proposal(
     changes: ProposalClass,
-    series: Sequence[Tracked],
+    series: Sequence[TrackedSeries],
     effects: Sequence[Effect],
-    made: Made,
+    made: ProposalContext,
     why: str,
     tool_offset: ToolOffset | None = None,
     weight: float | None = None,
@@ -213,14 +222,14 @@ class JobTool:
 
 
 def moved_by_offset(
-    profile: Profile, asked: Characteristic, zero_z_mm: float = 0.0, of_tool: Collection[int] | None = None
+    profile: Profile, characteristic: Characteristic, zero_z_mm: float = 0.0, of_tool: Collection[int] | None = None
 ) -> Array:
     """Returns the g of a characteristic, (2,): the change of its size per mm of tool offset on X (a radius) and on Z.
 
     `of_tool` are the features, by index, that the tool cuts; None: all. Raises TOL-FEATURE and TOL-PLACE for what the
     part does not have.
     """
-    counted = _from_face(profile, asked, zero_z_mm)
+    counted = _from_face(profile, characteristic, zero_z_mm)
     sizes = measurand(profile, counted, np.zeros(len(profile.features), dtype=np.intp), zero_z_mm)
     places = zip(sizes.feature_index.tolist(), sizes.arc_length_mm.tolist(), strict=True)
     moved = [(index, s, of_tool is None or index in of_tool) for index, s in places]
@@ -229,17 +238,17 @@ def moved_by_offset(
     return np.where(np.abs(gain) < NO_GAIN, 0.0, gain)
 
 
-def _from_face(profile: Profile, asked: Characteristic, zero_z_mm: float) -> Characteristic:
+def _from_face(profile: Profile, characteristic: Characteristic, zero_z_mm: float) -> Characteristic:
     """Returns a length from the part's zero as one from the face that stands there, where there is another one."""
-    if asked.quantity is not Quantity.LENGTH or asked.other:
-        return asked
+    if characteristic.quantity is not Quantity.LENGTH or characteristic.other:
+        return characteristic
     there = (
         name
         for name, one in zip(profile.names, profile.features, strict=True)
         if isinstance(one, Line) and abs(float(one.outward_normal(0.0)[1])) > FACES_Z
-        if name != asked.feature and abs(one.start_mm[1] - zero_z_mm) < AT_ZERO_MM
+        if name != characteristic.feature and abs(one.start_mm[1] - zero_z_mm) < AT_ZERO_MM
     )
-    return replace(asked, other=next(there, ""))
+    return replace(characteristic, other=next(there, ""))
 
 
 def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple[tuple[float, float], ExpandedU]:
@@ -257,14 +266,14 @@ def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple
 
 
 def tool_proposals(
-    series: Sequence[Tracked], jobs: Sequence[JobTool], options: SeriesOptions, made: Made
+    series: Sequence[TrackedSeries], jobs: Sequence[JobTool], options: SeriesOptions, made: ProposalContext
 ) -> tuple[Proposal, ...]:
     """Returns a proposal for each tool offset of the finish passes that is to change, in its control's step: from the
     sizes of all that is cut with it, in every set-up.
 
     Raises SER-TOOL where no characteristic of the series is a size of the job's part.
     """
-    by_tool = dict[tuple[Machine | None, Called], tuple[JobTool, list[tuple[Tracked, Array]]]]()
+    by_tool = dict[tuple[Machine | None, CalledOffset], tuple[JobTool, list[tuple[TrackedSeries, Array]]]]()
     for job in jobs:
         for call, of_it in sorted(_by_tool(series, job).items()):
             by_tool.setdefault((job.machine, call), (job, []))[1].extend(of_it)
@@ -284,9 +293,9 @@ def tool_proposals(
     return tuple(one for one in found if one is not None)
 
 
-def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[Called, list[tuple[Tracked, Array]]]:
+def _by_tool(series: Sequence[TrackedSeries], job: JobTool) -> dict[CalledOffset, list[tuple[TrackedSeries, Array]]]:
     """Groups the series by the offset that cuts their feature, each with its g."""
-    found: dict[Called, list[tuple[Tracked, Array]]] = {}
+    found: dict[CalledOffset, list[tuple[TrackedSeries, Array]]] = {}
     cut_by = contour_tools(job.program, job.matched, alone=True).cut_by
     for one in series:
         asked = job.asked.get(one.series.name)
@@ -298,7 +307,7 @@ def _by_tool(series: Sequence[Tracked], job: JobTool) -> dict[Called, list[tuple
     return found
 
 
-def _called(job: JobTool, cut_by: int | None, index: int) -> Called:
+def _called(job: JobTool, cut_by: int | None, index: int) -> CalledOffset:
     """Returns the offset that cuts a feature. Raises OFS-TOOL where program and job give none, or another edge each,
     and where the feature is cut without it.
     """
@@ -306,11 +315,15 @@ def _called(job: JobTool, cut_by: int | None, index: int) -> Called:
     if not number:
         raise no_number(job.program, move.line)
     require_in_force(job.program, job.matched.path, move.index)
-    return Called(number, edge_of_pass(job.program, job.matched.path, move.index, job.edge))
+    return CalledOffset(number, edge_of_pass(job.program, job.matched.path, move.index, job.edge))
 
 
 def _of_one(
-    job: JobTool, call: Called, of_it: Sequence[tuple[Tracked, Array]], options: SeriesOptions, made: Made
+    job: JobTool,
+    call: CalledOffset,
+    of_it: Sequence[tuple[TrackedSeries, Array]],
+    options: SeriesOptions,
+    made: ProposalContext,
 ) -> Proposal | None:
     series, gains = [one for one, gain in of_it if gain.any()], np.array([gain for _, gain in of_it if gain.any()])
     if not series:
@@ -334,7 +347,7 @@ def _of_one(
     return of_tool(series, effects, kept, job.program.dialect.wear_words, made, why)
 
 
-def _names(series: Sequence[Tracked]) -> str:
+def _names(series: Sequence[TrackedSeries]) -> str:
     return ", ".join(sorted(repr(one.series.name) for one in series)[:6])
 
 
@@ -343,12 +356,15 @@ def _why(wear: WearOffset, count: int, left_mm: Array) -> str:
     return f"{wear.words}: the offset closest to what {count} characteristics ask for; it leaves up to {left} of that"
 
 
-def characteristic_on(profile: Profile, asked: Characteristic) -> Characteristic | None:
+def characteristic_on(profile: Profile, characteristic: Characteristic) -> Characteristic | None:
     """Returns a characteristic that names its feature as the part does and that an offset changes; else None."""
-    if asked.feature not in profile.names or asked.quantity not in (Quantity.DIAMETER, Quantity.LENGTH):
+    if characteristic.feature not in profile.names or characteristic.quantity not in (
+        Quantity.DIAMETER,
+        Quantity.LENGTH,
+    ):
         return None
     try:
-        moved_by_offset(profile, asked)
+        moved_by_offset(profile, characteristic)
     except TrueloopError:
         return None
-    return asked
+    return characteristic

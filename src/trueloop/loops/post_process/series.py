@@ -172,7 +172,7 @@ class PartSeen:
 
 
 @dataclass(frozen=True)
-class Made:
+class MadePart:
     """One characteristic of one part, as inspected: `error_mm` is actual less nominal, repeats averaged."""
 
     serial: str
@@ -199,7 +199,7 @@ class Series:
 
     part_type: PartType
     characteristic: Characteristic
-    made: tuple[Made, ...]
+    made: tuple[MadePart, ...]
     latest: bool = True
 
     @property
@@ -213,13 +213,13 @@ class Series:
         return identity_of(self.part_type, self.characteristic)
 
 
-def identity_of(part_type: PartType, asked: Characteristic) -> Identity:
+def identity_of(part_type: PartType, characteristic: Characteristic) -> Identity:
     """Returns the key of a series; sizes to 0.1 nm, as files round them when they convert units."""
-    sizes = (asked.nominal, asked.lower_limit, asked.upper_limit)
+    sizes = (characteristic.nominal, characteristic.lower_limit, characteristic.upper_limit)
     return (
         *part_type.identity,
-        asked.name,
-        asked.quantity.value,
+        characteristic.name,
+        characteristic.quantity.value,
         *("" if one is None else f"{one:.7f}" for one in sizes),
     )
 
@@ -239,15 +239,15 @@ def characteristic_of(reading: Reading) -> Characteristic | None:
     )
 
 
-def series_of(seen: Sequence[PartSeen]) -> tuple[Series, ...]:
+def series_of(parts: Sequence[PartSeen]) -> tuple[Series, ...]:
     """Returns all series of parts in cutting order, the earlier revisions of a characteristic before its latest."""
-    found: dict[Identity, tuple[PartType, Characteristic, list[Made]]] = {}
+    found: dict[Identity, tuple[PartType, Characteristic, list[MadePart]]] = {}
     last: dict[tuple[str, ...], Identity] = {}
-    for part in seen:
+    for part in parts:
         part_type = part.inspection.part.part_type
         for asked, error_mm in sizes_of(part.inspection):
             identity = identity_of(part_type, asked)
-            made = Made(
+            made = MadePart(
                 serial=part.serial,
                 error_mm=error_mm,
                 correction_mm=part.correction_mm.get(identity, 0.0),

@@ -17,7 +17,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.life import Identity
-from trueloop.loops.post_process.series import Made, Series
+from trueloop.loops.post_process.series import MadePart, Series
 from trueloop.memory.level.kalman import steps, steps_as_they_come
 from trueloop.memory.level.step import TURNING, LevelPrior, PartReading, Step
 from trueloop.monitoring.capability import nearer_limit
@@ -37,7 +37,7 @@ class TrackedPart:
     model. `alarm`: what is found beyond that cannot be chance.
     """
 
-    made: Made
+    made: MadePart
     expected_mm: float | None
     expected_u_mm: float | None
     step: Step
@@ -52,7 +52,7 @@ class TrackedPart:
 
 
 @dataclass(frozen=True)
-class Tracked:
+class TrackedSeries:
     """A series followed from part to part.
 
     `in_force_mm` is what the accepted proposals take off the next part, the last one's included that no part was cut
@@ -97,7 +97,7 @@ def tracked(
     factors: Mapping[Identity, float] | None = None,
     in_force_mm: Mapping[Identity, float] | None = None,
     prior: LevelPrior = TURNING,
-) -> Tracked:
+) -> TrackedSeries:
     """Follows a series: every expectation is of earlier parts alone.
 
     `factors` and `in_force_mm` by series; one that is not named has the factor 1, and what its last part was cut with.
@@ -105,16 +105,16 @@ def tracked(
     done = steps([one.reading for one in series.made], prior)
     parts = tuple(_parts(series.made, done))
     now_mm = (in_force_mm or {}).get(series.identity, series.made[-1].correction_mm)
-    return Tracked(series, parts, now_mm, (factors or {}).get(series.identity, 1.0))
+    return TrackedSeries(series, parts, now_mm, (factors or {}).get(series.identity, 1.0))
 
 
-def _parts(made: Sequence[Made], done: Sequence[Step]) -> Iterator[TrackedPart]:
+def _parts(made: Sequence[MadePart], done: Sequence[Step]) -> Iterator[TrackedPart]:
     for k, (one, step) in enumerate(zip(made, done, strict=True)):
         expected, u = _expected(one, step)
         yield TrackedPart(one, expected, u, step, k > 0 and not one.set_before and alarming(step, k))
 
 
-def _expected(made: Made, step: Step) -> tuple[float | None, float | None]:
+def _expected(made: MadePart, step: Step) -> tuple[float | None, float | None]:
     if step.innovation_mm is None:
         return None, None
     return made.error_mm - step.innovation_mm, step.innovation_sd_mm
@@ -133,7 +133,7 @@ def capability(series: Series) -> Capability | None:
     return None if found.value is None or found.low is None else Capability(found.value, found.low, n)
 
 
-def _since_set(made: Sequence[Made]) -> Sequence[Made]:
+def _since_set(made: Sequence[MadePart]) -> Sequence[MadePart]:
     start = max((k for k, one in enumerate(made) if one.set_before), default=0)
     return made[start:]
 
@@ -147,7 +147,7 @@ def alarming(step: Step, parts: int) -> bool:
 
 
 @dataclass(frozen=True)
-class Replayed:
+class ReplayedSeries:
     """One part: measured, had nothing been corrected, what would have been taken off, and what that would have left.
 
     `left_mm` was predicted as `expected_mm` ± 1.96 `expected_u_mm`. `weight` and `reason` are those after this part.
@@ -177,7 +177,7 @@ class Replay:
     """A series replayed part by part; `rivals_mm` by name: what other rules would have left, (n,) each."""
 
     series: Series
-    parts: tuple[Replayed, ...]
+    parts: tuple[ReplayedSeries, ...]
     rivals_mm: Mapping[str, tuple[float, ...]]
 
     def rms_mm(self, rule: str = "memory") -> float | None:
@@ -217,21 +217,21 @@ def replay(series: Series, prior: LevelPrior = TURNING) -> Replay:
             c_mm = proposed_mm[-1]
             yield PartReading(one.uncorrected_mm - c_mm, c_mm, set_before=one.set_before, counts=one.counts)
 
-    parts: list[Replayed] = []
+    parts: list[ReplayedSeries] = []
     for one, step in zip(series.made, steps_as_they_come(readings(), prior), strict=True):
         parts.append(replayed(one, proposed_mm[-1], step, len(parts)))
         proposed_mm.append(step.correction_mm)
     return Replay(series, tuple(parts), rivals(series.made))
 
 
-def replayed(one: Made, correction_mm: float, step: Step, before: int) -> Replayed:
+def replayed(part: MadePart, correction_mm: float, step: Step, before: int) -> ReplayedSeries:
     """Returns a part with that correction; `step` is the one after it, `before` counts the parts before."""
-    left_mm = one.uncorrected_mm - correction_mm
+    left_mm = part.uncorrected_mm - correction_mm
     innovation, deviation = step.innovation_mm or 0.0, step.innovation_sd_mm or 0.0
-    return Replayed(
-        serial=one.serial,
-        measured_mm=one.error_mm,
-        uncorrected_mm=one.uncorrected_mm,
+    return ReplayedSeries(
+        serial=part.serial,
+        measured_mm=part.error_mm,
+        uncorrected_mm=part.uncorrected_mm,
         correction_mm=correction_mm,
         left_mm=left_mm,
         expected_mm=left_mm - innovation,
@@ -239,12 +239,12 @@ def replayed(one: Made, correction_mm: float, step: Step, before: int) -> Replay
         weight=step.weight.value,
         reason=step.weight.reason,
         drift_mm=step.drift_mm,
-        alarm=before > 0 and not one.set_before and alarming(step, before),
-        set_before=one.set_before,
+        alarm=before > 0 and not part.set_before and alarming(step, before),
+        set_before=part.set_before,
     )
 
 
-def rivals(made: Sequence[Made]) -> Mapping[str, tuple[float, ...]]:
+def rivals(made: Sequence[MadePart]) -> Mapping[str, tuple[float, ...]]:
     """Returns the errors that simpler rules would have left; without a part before, all of the error."""
     errors = np.array([one.uncorrected_mm for one in made])
     return {

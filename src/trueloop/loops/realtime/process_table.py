@@ -37,7 +37,7 @@ DIALECT: Final = "linuxcnc"
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedCorrection:
     """How the program stands in the machine.
 
     `origin_mm`: machine coordinates (x as a radius, z) of the program's zero during the finish pass, with all that is
@@ -58,7 +58,7 @@ class ProcessTable:
     notes: tuple[str, ...]
 
 
-def process_table(program: Program, run: Run, correction: Correction, placed: Placed) -> ProcessTable:
+def process_table(program: Program, run: Run, correction: Correction, placed: PlacedCorrection) -> ProcessTable:
     """The table of a correction, for the program that it was made for, run as it was then.
 
     Raises CTL-DIALECT for another control than LinuxCNC, CMP-TWICE for a corrected program, RTC-TABLE where the
@@ -95,9 +95,9 @@ def _pieces(correction: Correction, finish: Sequence[Shift]) -> tuple[CentrePiec
     return centre_pieces(profile, shifted_contour(profile, finish, correction.nose_radius_mm))
 
 
-def _require_same(found: Sequence[CentrePiece], of_correction: Sequence[CentrePiece]) -> None:
+def _require_same(pieces: Sequence[CentrePiece], of_correction: Sequence[CentrePiece]) -> None:
     """Raises RTC-TABLE where the program, run again, commands another contour than the one that was corrected."""
-    off_mm = max(float(np.max(np.abs(_sampled(a) - _sampled(b)))) for a, b in zip(found, of_correction, strict=True))
+    off_mm = max(float(np.max(np.abs(_sampled(a) - _sampled(b)))) for a, b in zip(pieces, of_correction, strict=True))
     if off_mm > 1e-6:
         raise Code.RTC_TABLE.refusal(
             f"the program commands a contour that is up to {off_mm * UM_PER_MM:.3f} µm off the one that was corrected",

@@ -57,13 +57,13 @@ class Corrected:
         """Returns one characteristic for each that the inputs request, in their order. Raises TOL errors."""
         return tuple(self._judged(asked) for asked in self.inputs.characteristics)
 
-    def _judged(self, asked: Characteristic) -> Judged:
-        sizes = measurand(self.inputs.profile, asked, self._touches, self.inputs.part_zero_z_mm)
+    def _judged(self, characteristic: Characteristic) -> Judged:
+        sizes = measurand(self.inputs.profile, characteristic, self._touches, self.inputs.part_zero_z_mm)
         places = Places(self.model, sizes.feature_index, sizes.arc_length_mm)
-        after = judged(asked, sizes, self._expected_mm(places), self._next_cut(places))
+        after = judged(characteristic, sizes, self._expected_mm(places), self._next_cut(places))
         if not self.inputs.measured_finished:
-            return Judged(asked, None, after)
-        return Judged(asked, judged(asked, sizes, *self._measured(places)), after)
+            return Judged(characteristic, None, after)
+        return Judged(characteristic, judged(characteristic, sizes, *self._measured(places)), after)
 
     @property
     def _touches(self) -> NDArray[np.intp]:
@@ -158,7 +158,10 @@ class _Face:
 
 
 def lengths(
-    profile: Profile, asked: Sequence[Characteristic], vectors: ErrorVectors, setups: Sequence[Sequence[Share]]
+    profile: Profile,
+    characteristics: Sequence[Characteristic],
+    vectors: ErrorVectors,
+    setups: Sequence[Sequence[Share]],
 ) -> tuple[Judged, ...]:
     """Returns those characteristics that are lengths between faces of two edges of one set-up, where that is the only
     one, else of two set-ups. `setups`: the shares of each, in the order in which they are cut; `vectors` what was
@@ -170,7 +173,7 @@ def lengths(
     face = None if len(setups) == 1 else _face(profile, vectors, setups)
     if face is None and len(setups) > 1:
         return ()
-    between = [one for one in asked if one.quantity is Quantity.LENGTH and one.other]
+    between = [one for one in characteristics if one.quantity is Quantity.LENGTH and one.other]
     found = (_judged(profile, one, vectors, setups, face) for one in between)
     return tuple(one for one in found if one is not None)
 
@@ -207,13 +210,13 @@ def _cut_by(profile: Profile, feature: int, setups: Sequence[Sequence[Share]]) -
 
 def _judged(
     profile: Profile,
-    asked: Characteristic,
+    characteristic: Characteristic,
     vectors: ErrorVectors,
     setups: Sequence[Sequence[Share]],
     face: _Face | None,
 ) -> Judged | None:
     touched = np.bincount(vectors.feature_index, minlength=len(profile.features)).astype(np.intp)
-    sizes = measurand(profile, asked, touched)
+    sizes = measurand(profile, characteristic, touched)
     cut = {int(feature): _cut_by(profile, int(feature), setups) for feature in np.unique(sizes.feature_index)}
     known = {feature: one for feature, one in cut.items() if one is not None}
     owners = {place if face is not None else id(share) for place, share in known.values()}
@@ -235,7 +238,9 @@ def _judged(
         along[face.feature] += carried
         variance = (carried * face.measured_u_mm) ** 2
     variance += sum((along[feature] * u) ** 2 for feature, u in u_mm.items())
-    return Judged(asked, None, judge(value, variance**0.5, None, asked.lower_limit, asked.upper_limit))
+    return Judged(
+        characteristic, None, judge(value, variance**0.5, None, characteristic.lower_limit, characteristic.upper_limit)
+    )
 
 
 def _of(profile: Profile, sizes: Measurand, feature: int, share: Share) -> tuple[float, float, float]:

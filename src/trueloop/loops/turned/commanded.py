@@ -31,7 +31,7 @@ from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.cutting_edge import CENTRE, ORIENTATIONS, of_centre, require_side, tip_mm
 from trueloop.nc.match.matching import match_contour
 from trueloop.nc.program.along import FeedMove, feed_moves, path_mode_findings
-from trueloop.nc.program.called import Called, CutterTool, called
+from trueloop.nc.program.called import CalledOffset, CutterTool, called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.nc.program.understood import (
@@ -60,7 +60,7 @@ class Run:
     parameters: Mapping[str, float]
     execute_deleted_blocks: bool = False
     lines: tuple[int, int] | None = None
-    called: Called | None = None
+    called: CalledOffset | None = None
     number: int | None = None
     tip: int | None = None
     accept_unknown_words: bool = False
@@ -74,7 +74,7 @@ class Run:
         return self._one_run(program, path)[1]
 
     def _one_run(self, program: Program, path: ToolPath) -> tuple[tuple[FeedMove, ...], tuple[FeedMove, ...]]:
-        def call(move: FeedMove) -> Called | None:
+        def call(move: FeedMove) -> CalledOffset | None:
             return called(program.dialect, path, move.index)
 
         moves = feed_moves(path)

@@ -17,7 +17,7 @@ from trueloop.nc.match.cutting_edge import CuttingEdge, of_centre, tip_mm
 from trueloop.nc.match.matching import match_each
 from trueloop.nc.match.own_contour import OwnContour, own_contour
 from trueloop.nc.program.along import feed_moves
-from trueloop.nc.program.called import Called, called
+from trueloop.nc.program.called import CalledOffset, called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 
@@ -26,7 +26,11 @@ MORE: Final = 1.1
 
 
 def cutters_of(
-    program: Program, run: Run, profile: Profile, edges: Sequence[CuttingEdge], decided: Mapping[str, Called | None]
+    program: Program,
+    run: Run,
+    profile: Profile,
+    edges: Sequence[CuttingEdge],
+    decided: Mapping[str, CalledOffset | None],
 ) -> Cutters:
     """Returns the edge of every feature, or why it is not known. Raises NC errors of running, NC-NO-TOOL for an edge
     that the program does not call.
@@ -50,7 +54,7 @@ def _of_centre(program: Program, path: ToolPath, edge: CuttingEdge) -> ToolPath:
     return of_centre(path, tip_mm(program.dialect, edge.tip, edge.nose_radius_mm))
 
 
-def _known(calls: Mapping[int, Called | None]) -> frozenset[Called]:
+def _known(calls: Mapping[int, CalledOffset | None]) -> frozenset[CalledOffset]:
     return frozenset(call for call in calls.values() if call is not None)
 
 
@@ -66,16 +70,16 @@ class CutFeature:
     match: FeatureMatch | TrueloopError | None
 
 
-def _cut_as_found(program: Program, run: Run, profile: Profile, found: Cutters) -> list[CutFeature]:
+def _cut_as_found(program: Program, run: Run, profile: Profile, cutters: Cutters) -> list[CutFeature]:
     """Returns every feature of a job of several edges, in the profile's order. Raises NC errors of running."""
     path = run.of(program)
     cut = {
         index: CutFeature(feature, "", one)
-        for index, (feature, one) in enumerate(zip(profile.features, found.found, strict=True))
+        for index, (feature, one) in enumerate(zip(profile.features, cutters.found, strict=True))
         if not isinstance(one, CuttingEdge)
     }
-    for edge in dict.fromkeys(one for one in found.found if isinstance(one, CuttingEdge)):
-        own = own_contour(profile, found, edge)
+    for edge in dict.fromkeys(one for one in cutters.found if isinstance(one, CuttingEdge)):
+        own = own_contour(profile, cutters, edge)
         moves = replace(run, called=edge.called).moves(program, _of_centre(program, path, edge))
         matches = match_each(moves, own.profile, edge.nose_radius_mm, lines=run.lines)
         for parts, feature, match in zip(own.parts, own.profile.features, matches, strict=True):
@@ -88,8 +92,8 @@ def _tool_of(program: Program, path: ToolPath, match: FeatureMatch | TrueloopErr
     return "" if call is None else call.words
 
 
-def _uncalled(edge: CuttingEdge, known: Sequence[Called]) -> TrueloopError:
-    there = f"those of its cuts are {', '.join(one.words for one in known)}" if known else "it calls none at all"
+def _uncalled(edge: CuttingEdge, offsets: Sequence[CalledOffset]) -> TrueloopError:
+    there = f"those of its cuts are {', '.join(one.words for one in offsets)}" if offsets else "it calls none at all"
     return Code.NC_NO_TOOL.refusal(
         f"the job has a tool {edge.called.words}, which the program does not cut with: {there}",
         hint="`number` of [[tools]] is that of the tool's offset: 12 of T0312, H12; on a Sinumerik T, `table_edge` D",
@@ -108,7 +112,7 @@ class Setup:
     program: Program
     run: Run
     edges: tuple[CuttingEdge, ...]
-    decided: Mapping[str, Called | None]
+    decided: Mapping[str, CalledOffset | None]
     nose_radius_mm: float | None = None
 
 
@@ -135,7 +139,7 @@ class OfSetup:
         return tuple(own_contour(self.profile, self.found, edge) for edge in self.setup.edges if edge in cutting)
 
     @property
-    def calls(self) -> frozenset[Called]:
+    def calls(self) -> frozenset[CalledOffset]:
         """Returns all tool offsets that its program cuts with. Raises NC errors of running."""
         path = self.setup.run.of(self.setup.program)
         return _known({move.index: called(self.setup.program.dialect, path, move.index) for move in feed_moves(path)})
@@ -215,24 +219,24 @@ def _decided(setup: str | None) -> list[str]:
     return [] if setup is None else [setup]
 
 
-def _cut_in(feature: str, found: Sequence[_Found]) -> list[str]:
-    return [setup.frame.name for setup, placed, cutters in found if cutters.cuts(placed.names.index(feature))]
+def _cut_in(feature: str, founds: Sequence[_Found]) -> list[str]:
+    return [setup.frame.name for setup, placed, cutters in founds if cutters.cuts(placed.names.index(feature))]
 
 
-def _of_setup(setup: Setup, placed: Profile, found: Cutters, features: tuple[str, ...]) -> OfSetup:
+def _of_setup(setup: Setup, placed: Profile, cutters: Cutters, features: tuple[str, ...]) -> OfSetup:
     """Returns the cuts of one set-up; features that other set-ups cut, or none, have no cutter here."""
-    own = tuple(one if name in features else None for name, one in zip(placed.names, found.found, strict=True))
-    return OfSetup(setup, placed, features, replace(found, found=own))
+    own = tuple(one if name in features else None for name, one in zip(placed.names, cutters.found, strict=True))
+    return OfSetup(setup, placed, features, replace(cutters, found=own))
 
 
-def _along_mm(profile: Profile, found: Cutters) -> float:
+def _along_mm(profile: Profile, cutters: Cutters) -> float:
     """Returns how much of the part's profile the program runs along."""
-    return sum(found.share(index) * feature.length_mm for index, feature in enumerate(profile.features))
+    return sum(cutters.share(index) * feature.length_mm for index, feature in enumerate(profile.features))
 
 
-def _require_direction(profile: Profile, setup: Setup, placed: Profile, found: Cutters) -> None:
+def _require_direction(profile: Profile, setup: Setup, placed: Profile, cutters: Cutters) -> None:
     """Refuses a program that contradicts the stated direction of Z, which is not guessed."""
-    frame, stated_mm = setup.frame, _along_mm(placed, found)
+    frame, stated_mm = setup.frame, _along_mm(placed, cutters)
     _, other_way, there = _found(profile, replace(setup, frame=frame.the_other_way))
     other_mm = _along_mm(other_way, there)
     with in_file(setup.program.file):
@@ -243,9 +247,9 @@ def _require_direction(profile: Profile, setup: Setup, placed: Profile, found: C
             raise _cuts_nothing(setup, f"{said}: {frame.words} is stated")
 
 
-def _cuts_nothing(setup: Setup, said: str) -> TrueloopError:
+def _cuts_nothing(setup: Setup, reason: str) -> TrueloopError:
     return Code.SET_CUTS.refusal(
-        said,
+        reason,
         hint="mend its `setups.zero_at_z_mm`, z of the part where this program's Z is 0, or its tools, or leave it out",
         place=Place(setup.program.file),
         values={"setup": setup.frame.name},

@@ -124,7 +124,7 @@ def error_sources(
 
 
 @dataclass(frozen=True, eq=False)
-class _Known:
+class _PartKnowledge:
     """A state, the places of a part as it knows them, and the difference of the next cut that it has no terms for.
 
     `places` returns, of features, arc lengths, and whether of the finish cut, the places (N,) and the functional (n, N)
@@ -136,14 +136,14 @@ class _Known:
     between: BetweenCuts
 
 
-def _of_part(model: ProfileErrorModel, between: BetweenCuts) -> _Known:
+def _of_part(model: ProfileErrorModel, between: BetweenCuts) -> _PartKnowledge:
     vectors = _fitted(model)
 
     def places(index: NDArray[np.intp], along_mm: Array, finish: bool) -> tuple[Places, Array]:
         del finish  # the next cut is as this one, but for what is taken for the difference of two cuts
         return in_frame(model.profile, vectors, index, along_mm)
 
-    return _Known(part_state(model.profile, vectors).updated.state, places, between)
+    return _PartKnowledge(part_state(model.profile, vectors).updated.state, places, between)
 
 
 def _fitted(model: ProfileErrorModel) -> ErrorVectors:
@@ -154,7 +154,7 @@ def _fitted(model: ProfileErrorModel) -> ErrorVectors:
     return replace(model.vectors.chosen(np.flatnonzero(used)), seen=seen)
 
 
-def _of_edge(model: ProfileErrorModel, history: Sequence[MadePart], today: MadePart) -> _Known:
+def _of_edge(model: ProfileErrorModel, history: Sequence[MadePart], today: MadePart) -> _PartKnowledge:
     everywhere = np.repeat(np.arange(len(model.curves), dtype=np.intp), ALONG)
     along = np.concatenate([_along(model.profile, i) for i in range(len(model.curves))])
     known = known_edge(history, today, places_at(model.profile, everywhere, along, model.vectors))
@@ -164,25 +164,27 @@ def _of_edge(model: ProfileErrorModel, history: Sequence[MadePart], today: MadeP
         at, functional = known.places(places_at(model.profile, index, along_mm, model.vectors), finish)
         return at, np.eye(len(index)) if functional is None else functional
 
-    return _Known(known.state.given(touched).state if len(touched) else known.state, places, NONE)
+    return _PartKnowledge(known.state.given(touched).state if len(touched) else known.state, places, NONE)
 
 
 def _along(profile: Profile, index: int) -> Array:
     return np.linspace(0.0, profile.features[index].length_mm, ALONG)
 
 
-def _of_feature(known: _Known, model: ProfileErrorModel, machine: MachineShare | None, index: int) -> FeatureSources:
+def _of_feature(
+    part: _PartKnowledge, model: ProfileErrorModel, machine: MachineShare | None, index: int
+) -> FeatureSources:
     rows = model.vectors.of_feature(index)
     rows = rows[~model.vectors.at_reference[rows] & (model.weight[rows] > 0.0)]
     along = _along(model.profile, index)
     at = model.vectors.arc_length_mm[rows] if len(rows) else along
     every = np.concatenate([at, along])
-    places, functional = known.places(np.full(len(every), index, dtype=np.intp), every, True)
+    places, functional = part.places(np.full(len(every), index, dtype=np.intp), every, True)
     mean = np.concatenate([np.full(len(at), 1.0 / len(at)), np.zeros(ALONG)]) @ functional
-    state = known.state.expecting(places)
+    state = part.state.expecting(places)
     shares = [_share(state, places, (mean, functional[len(at) :]), source) for source in TERMS]
     normal = np.array([model.profile.features[index].outward_normal(float(s)) for s in at])
-    differs = float(known.between.variance_mm2(normal, np.full((1, len(at)), 1.0 / len(at)))[0])
+    differs = float(part.between.variance_mm2(normal, np.full((1, len(at)), 1.0 / len(at)))[0])
     shares = [_wider(one, differs) if one.source is Source.NEXT_CUT else one for one in shares]
     whole = state.predict(places, mean[None, :], repeatability=False)
     together, variance = float(whole.mean_mm[0]), float(whole.covariance_mm2[0, 0]) + differs
@@ -191,7 +193,7 @@ def _of_feature(known: _Known, model: ProfileErrorModel, machine: MachineShare |
         shares.insert(0, Share(Source.MACHINE, float(np.mean(own)), u, float(np.min(own)), float(np.max(own))))
         together, variance = together + shares[0].mean_mm, variance + u**2
     if len(rows):
-        shares.append(_measuring(known, model, rows))
+        shares.append(_measuring(part, model, rows))
     return FeatureSources(index, tuple(shares), together, math.sqrt(variance))
 
 
@@ -208,11 +210,11 @@ def _wider(share: Share, variance_mm2: float) -> Share:
     return replace(share, standard_u_mm=math.sqrt(share.standard_u_mm**2 + variance_mm2))
 
 
-def _measuring(known: _Known, model: ProfileErrorModel, rows: NDArray[np.intp]) -> Share:
+def _measuring(part: _PartKnowledge, model: ProfileErrorModel, rows: NDArray[np.intp]) -> Share:
     """Returns the measured errors less those of the measured cut as the state has them."""
     vectors = model.vectors
-    places, functional = known.places(vectors.feature_index[rows], vectors.arc_length_mm[rows], False)
-    state = known.state.expecting(places)
+    places, functional = part.places(vectors.feature_index[rows], vectors.arc_length_mm[rows], False)
+    state = part.state.expecting(places)
     off = vectors.error_mm[rows] - state.predict(places, functional, repeatability=False).mean_mm
     scatter = state.sizes["repeatability"] ** 2
     u = math.sqrt(float(np.sum(vectors.standard_u_mm[rows] ** 2 + scatter))) / len(rows)

@@ -68,7 +68,7 @@ class Errors:
     following_mm2: Array
 
 
-class Known(Protocol):
+class EdgeState(Protocol):
     """Knowledge of an edge's errors; `between`: the additional difference of the next cut."""
 
     @property
@@ -170,7 +170,7 @@ class Edge:
     vectors: ErrorVectors
     characteristics: tuple[Characteristic, ...]
     zero_z_mm: float
-    known: Known
+    known: EdgeState
     candidates: tuple[Candidate, ...]
 
 
@@ -215,7 +215,7 @@ class Plan:
 
 def next_measurements(edges: Sequence[Edge], count: int) -> Plan:
     """Returns at most `count` measurements, over all edges; fewer where fewer are needed."""
-    known = [_Known(edge) for edge in edges]
+    known = [_EdgeCovariance(edge) for edge in edges]
     limited = any(one.limited for one in known)
     first, chosen, enough = _worth(known, limited), list[NextMeasurement](), False
     while len(chosen) < count:
@@ -251,15 +251,15 @@ def next_measurements(edges: Sequence[Edge], count: int) -> Plan:
     return Plan("probability_out" if limited else "rms_um", first[0], tuple(chosen), last[1], enough)
 
 
-def _worth(known: "Sequence[_Known]", limited: bool) -> tuple[float, str]:
+def _worth(edges: "Sequence[_EdgeCovariance]", limited: bool) -> tuple[float, str]:
     """Returns the largest probability of all characteristics with its name, or the RMS along all contours in µm."""
     if limited:
-        return max((one for edge in known for one in edge.out()), default=(0.0, ""))
-    length = math.fsum(edge.length_mm for edge in known)
-    return 1e3 * math.sqrt(math.fsum(edge.next_mm2 * edge.length_mm for edge in known) / length), ""
+        return max((one for edge in edges for one in edge.out()), default=(0.0, ""))
+    length = math.fsum(edge.length_mm for edge in edges)
+    return 1e3 * math.sqrt(math.fsum(edge.next_mm2 * edge.length_mm for edge in edges) / length), ""
 
 
-class _Known:
+class _EdgeCovariance:
     """Knowledge of one edge's errors while a plan is made: the covariance of the coefficients."""
 
     def __init__(self, edge: Edge) -> None:
@@ -340,10 +340,12 @@ def _limited(edge: Edge) -> list[Characteristic]:
     ]
 
 
-def _out(asked: Characteristic, nominal: Array, variance: Array) -> float:
+def _out(characteristic: Characteristic, nominal: Array, variance: Array) -> float:
     """Returns the probability of the size least likely to be in: its mean is the nominal one after a correction."""
     each = (
-        judge(float(value), math.sqrt(max(float(v), 1e-18)), None, asked.lower_limit, asked.upper_limit).probability_in
+        judge(
+            float(value), math.sqrt(max(float(v), 1e-18)), None, characteristic.lower_limit, characteristic.upper_limit
+        ).probability_in
         for value, v in zip(nominal, variance, strict=True)
     )
     return 1.0 - min(one for one in each if one is not None)

@@ -198,16 +198,16 @@ class Obtained:
         return {"serial": self.serial, **um, "inside": self.inside, "places": self.places}
 
 
-def obtained(correction: Correction, cut: Cut, found: ErrorVectors) -> Obtained | None:
+def obtained(correction: Correction, cut: Cut, vectors: ErrorVectors) -> Obtained | None:
     """Compares the errors measured by an inspection with those that the correction predicted.
 
     None without a place, and where another program ran than the one that the prediction is of. A place whose
     error is zero by definition, because z was taken from it, is left out. Raises STO-PROGRAM.
     """
-    rows = np.flatnonzero(~found.at_reference)
+    rows = np.flatnonzero(~vectors.at_reference)
     if len(rows) == 0 or program_that_ran(correction, cut) is not correction.recommended:
         return None
-    at = found.chosen(rows)
+    at = vectors.chosen(rows)
     # The expected error, its standard uncertainty and U at places, each (n,)
     promised = np.empty((3, len(at.point)))
     for index in np.unique(at.feature_index):

@@ -29,7 +29,7 @@ from trueloop.nc.edit.changes import insert_heading, not_as_intended, verify_wri
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -54,7 +54,7 @@ class SetupCuts:
     cuts: tuple[Cut, ...]
     frame: SetupFrame = PART
     features: tuple[str, ...] = ()
-    calls: frozenset[Called] = frozenset()
+    calls: frozenset[CalledOffset] = frozenset()
 
     @property
     def program(self) -> Program:
@@ -162,7 +162,7 @@ def correct_part(
     vectors: ErrorVectors,
     uncut: Sequence[str] = (),
     notes: Sequence[str] = (),
-    known: Known | None = None,
+    edge_state: Known | None = None,
 ) -> PartCorrection:
     """Corrects every program: all of them, or none. `asked` are the part's characteristics, `vectors` the measured
     errors in its frame.
@@ -170,7 +170,7 @@ def correct_part(
     Raises what correcting one edge raises, CMP-READ-BACK where a program is not the sum of its corrections, and
     SET-OFFSET where the job wants an offset that cannot be entered.
     """
-    done = tuple(correct_setup(_by_what_may_be(one, cuts), asked, known) for one in cuts)
+    done = tuple(correct_setup(_by_what_may_be(one, cuts), asked, edge_state) for one in cuts)
     whole = cuts[0].cuts[0][1]
     if not cuts[0].frame.name:
         return PartCorrection(
@@ -210,15 +210,15 @@ def _from_zero(of: SetupCuts, zero: Zero) -> SetupCuts:
 
 
 def correct_setup(
-    of: SetupCuts, asked: Sequence[Characteristic] | None = None, known: Known | None = None
+    of: SetupCuts, asked: Sequence[Characteristic] | None = None, edge_state: Known | None = None
 ) -> SetupCorrection:
     """Returns the corrections of a program's edges, and the program that carries all. `asked` as in `correct_part`."""
     owns = [own_inputs(inputs, own) for own, inputs in of.cuts]
-    if known is not None:
-        owns = [None if one is None else known(one, own) for one, (own, _) in zip(owns, of.cuts, strict=True)]
+    if edge_state is not None:
+        owns = [None if one is None else edge_state(one, own) for one, (own, _) in zip(owns, of.cuts, strict=True)]
     made = [None if own is None else compensate(own) for own in owns]
     pairs = zip(made, of.cuts, strict=True)
-    kept = [_kept(inputs, own, known) if one is None else None for one, (own, inputs) in pairs]
+    kept = [_kept(inputs, own, edge_state) if one is None else None for one, (own, inputs) in pairs]
     contours, whole = tuple(own for own, _ in of.cuts if own is not None), of.cuts[0][1]
     if not contours:
         (alone,) = made
@@ -246,7 +246,7 @@ def correct_setup(
     return replace(done, notes=words, characteristics=sizes)
 
 
-def _kept(inputs: Inputs, own: OwnContour | None, known: Known | None) -> InForce | None:
+def _kept(inputs: Inputs, own: OwnContour | None, edge_state: Known | None) -> InForce | None:
     """Returns what is in force of an edge of which nothing was measured; None where the given program cut it.
 
     Raises CMP-CUT-WITH where that is not known.
@@ -254,7 +254,7 @@ def _kept(inputs: Inputs, own: OwnContour | None, known: Known | None) -> InForc
     mine = inputs_of_edge(inputs, own)
     if not mine.measured_finished:
         return None
-    force = (mine if known is None else known(mine, own)).in_force
+    force = (mine if edge_state is None else edge_state(mine, own)).in_force
     force.require_stated()
     return force if force.record is not None else None
 
@@ -268,13 +268,13 @@ def _setup(
 
 
 def _as_joint(
-    correction: Correction, program: bytes | None, of: SetupCuts, asked: Sequence[Characteristic] | None
+    correction: Correction, program: bytes | None, of: SetupCuts, characteristics: Sequence[Characteristic] | None
 ) -> Correction:
     """Returns the correction with the program that carries all in place of its own; offsets are entered by hand."""
     source = correction.source_program if program is None else program
     run = correction.source_name if program is None else of.name
     made = replace(correction, corrected_program=source, offsets_program=None, joint_name=run)
-    return judged_on_part(made, asked) if of.frame.name and asked is not None else made
+    return judged_on_part(made, characteristics) if of.frame.name and characteristics is not None else made
 
 
 def _composed(inputs: Inputs, corrections: Sequence[tuple[Record, bytes]], joint_id: str) -> bytes | None:
@@ -340,11 +340,11 @@ def _shares(of: SetupCorrection) -> list[Share]:
 
 
 def _unjudged(
-    done: Sequence[SetupCorrection], asked: Sequence[Characteristic], sizes: Sequence[Judged], from_face: bool
+    done: Sequence[SetupCorrection], characteristics: Sequence[Characteristic], sizes: Sequence[Judged], from_face: bool
 ) -> list[str]:
     """Describes the sizes that are of no set-up alone and not judged, and why."""
     judged = {one.characteristic.name for one in sizes}
-    names = [one.name for one in asked if one.name not in judged and not _of_one(one, done)]
+    names = [one.name for one in characteristics if one.name not in judged and not _of_one(one, done)]
     if not names:
         return []
     if from_face:
@@ -358,8 +358,8 @@ def _unjudged(
     ]
 
 
-def _of_one(asked: Characteristic, done: Sequence[SetupCorrection]) -> bool:
-    return any({asked.feature, asked.other} - {""} <= {*one.features} for one in done)
+def _of_one(characteristic: Characteristic, done: Sequence[SetupCorrection]) -> bool:
+    return any({characteristic.feature, characteristic.other} - {""} <= {*one.features} for one in done)
 
 
 def _left(uncut: Sequence[str]) -> list[str]:
@@ -386,7 +386,7 @@ def _may_be_one(machine: Machine | None, other: Machine | None) -> bool:
     return not any(one and two and one != two for one, two in stated)
 
 
-def require_offset(own: OwnContour, frame: SetupFrame, shared: Mapping[Called, str], file: str | None) -> None:
+def require_offset(own: OwnContour, frame: SetupFrame, shared: Mapping[CalledOffset, str], file: str | None) -> None:
     """Raises SET-OFFSET where no offset of an edge may be entered at the control. `shared`: by tool the name of another
     set-up that cuts with it on the same machine.
     """
@@ -399,7 +399,7 @@ def require_offset(own: OwnContour, frame: SetupFrame, shared: Mapping[Called, s
             )
 
 
-def _no_offset(edge: CuttingEdge, frame: SetupFrame, shared: Mapping[Called, str]) -> str:
+def _no_offset(edge: CuttingEdge, frame: SetupFrame, shared: Mapping[CalledOffset, str]) -> str:
     """Returns why no offset of an edge may be entered; "": one may."""
     if frame.mirrored_z:
         return wording("{tool}: the control mirrors Z, so that the sign of an offset is not known.", tool=edge.words)
@@ -413,7 +413,9 @@ def _no_offset(edge: CuttingEdge, frame: SetupFrame, shared: Mapping[Called, str
     return ""
 
 
-def _without_offset(own: OwnContour | None, inputs: Inputs, frame: SetupFrame, shared: Mapping[Called, str]) -> Inputs:
+def _without_offset(
+    own: OwnContour | None, inputs: Inputs, frame: SetupFrame, shared: Mapping[CalledOffset, str]
+) -> Inputs:
     if own is None:  # a job of set-ups lists its tools
         return inputs
     if inputs.options.by == "offset":

@@ -310,9 +310,9 @@ def _cut_in(machine: InMachine, at_mm: Array, normal: Array, before: CutBefore) 
     return _along(machine.semifinishing.error_mm(nose_mm, machine.travel), normal)
 
 
-def _places(profile: Profile, seen: Seen) -> tuple[Array, Array]:
+def _places(profile: Profile, reading: Seen) -> tuple[Array, Array]:
     """Returns the places of a reading and the normals there, (n, 2)."""
-    pairs = list(zip(seen.feature_index.tolist(), seen.arc_length_mm.tolist(), strict=True))
+    pairs = list(zip(reading.feature_index.tolist(), reading.arc_length_mm.tolist(), strict=True))
     at_mm = [profile.features[i].point_mm(s) for i, s in pairs]
     return np.array(at_mm), np.array([profile.features[i].outward_normal(s) for i, s in pairs])
 

@@ -92,8 +92,8 @@ def corrected_shifts(
     return Shifts(correction, contour, by_offset, tuple(unasked))
 
 
-def _sum(one: Shift, other: Shift) -> Shift:
-    return weighted_sum(((1.0, one), (1.0, other)))
+def _sum(shift: Shift, other: Shift) -> Shift:
+    return weighted_sum(((1.0, shift), (1.0, other)))
 
 
 def _faces(feature: Feature) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":

@@ -17,7 +17,7 @@ from trueloop.loops.turned.paths import Paths
 from trueloop.loops.turned.written import Writing, write_contour
 from trueloop.nc.edit.changes import changes
 from trueloop.nc.edit.edit import Edit
-from trueloop.nc.program.called import Called, called, edge_called, runs_without_offset
+from trueloop.nc.program.called import CalledOffset, called, edge_called, runs_without_offset
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.decide import Decision
@@ -47,7 +47,7 @@ class ContourTools:
     `sharing`: the T words of several tools that run with the offset that cuts the contour.
     """
 
-    calls: tuple[Called | None, ...]
+    calls: tuple[CalledOffset | None, ...]
     others: tuple[int, ...]
     sharing: tuple[int, ...] = ()
 
@@ -89,19 +89,19 @@ class ContourTools:
     def _sharing_words(self) -> str:
         return ", ".join(f"T{word:04d}" for word in self.sharing)
 
-    def by(self, asked: By) -> By:
+    def by(self, mode: By) -> By:
         """Returns how to correct. Raises NC-OFFSET where an offset is requested and there are several, or tools share
         it.
         """
         if not self.several and not self.sharing:
-            return asked
-        if asked == "offset" and self.sharing:
+            return mode
+        if mode == "offset" and self.sharing:
             raise Code.NC_OFFSET.refusal(
                 f"{len(self.sharing)} tools ({self._sharing_words}) use offset {self.cut_by[0]}: it moves what each of "
                 "them cuts",
                 hint="give the finishing tool an offset number of its own, or leave out `compensation.by`",
             )
-        if asked == "offset":
+        if mode == "offset":
             raise Code.NC_OFFSET.refusal(
                 f"the contour is cut with {len(set(self.calls))} tool offsets: one of them moves a part of it alone",
                 hint='leave out `compensation.by = "offset"`: the contour is corrected then',
@@ -115,7 +115,7 @@ def contour_tools(program: Program, matched: Commanded, alone: bool = False) -> 
     """
     path = matched.path
 
-    def of(move: int) -> Called | None:
+    def of(move: int) -> CalledOffset | None:
         return called(program.dialect, path, move)
 
     calls = tuple(of(feature.moves[0].move.index) for feature in matched.match.features)
@@ -128,7 +128,7 @@ def contour_tools(program: Program, matched: Commanded, alone: bool = False) -> 
     return ContourTools(calls, others, _sharing(program, by_word, set(calls)))
 
 
-def _sharing(program: Program, by_word: Mapping[int, Called], calls: Set[Called | None]) -> tuple[int, ...]:
+def _sharing(program: Program, by_word: Mapping[int, CalledOffset], calls: Set[CalledOffset | None]) -> tuple[int, ...]:
     """Returns the T words of several tools that cut with the contour's only offset: T0101 and T0201."""
     if not program.dialect.offset_in_t or len(calls) > 1:
         return ()

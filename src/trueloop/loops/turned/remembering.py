@@ -23,7 +23,7 @@ from trueloop.memory.edge.predict import expect
 from trueloop.memory.edge.refuse import FEW, is_seen
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
-from trueloop.memory.noticing.alarm import Noticed
+from trueloop.memory.noticing.alarm import PartChanges
 from trueloop.memory.noticing.notice import notice_part
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.chain_fit import Chain, chains_of
@@ -112,7 +112,7 @@ def history_sha256(history: Sequence[MadePart]) -> str:
     return digest.hexdigest()
 
 
-def _judged(history: Sequence[MadePart], today: MadePart) -> tuple[Noticed | None, tuple[int, ...]]:
+def _judged(history: Sequence[MadePart], today: MadePart) -> tuple[PartChanges | None, tuple[int, ...]]:
     """Returns the differences of today's touches from the prediction of earlier parts, and those that all others
     contradict.
     """
@@ -148,10 +148,10 @@ def _as_table(expected: Expected, index: NDArray[np.intp], along_mm: Array, corr
     )
 
 
-def _unknown_words(inputs: Inputs, known: tuple[int, ...]) -> tuple[str, ...]:
+def _unknown_words(inputs: Inputs, words: tuple[int, ...]) -> tuple[str, ...]:
     """Arcs that memory does not tell."""
     curved = [i for chain in chains_of(inputs.profile) if chain.curved for i in chain.features]
-    unknown = [inputs.profile.names[i] for i in curved if i not in known]
+    unknown = [inputs.profile.names[i] for i in curved if i not in words]
     if not unknown:
         return ()
     return (

@@ -96,12 +96,12 @@ def vectors_of_edge(vectors: ErrorVectors, own: OwnContour, profile: Profile) ->
     return placed.chosen(np.lexsort((placed.arc_length_mm, placed.feature_index)))
 
 
-def _own_seen(seen: Seen, own: OwnContour, profile: Profile) -> Seen:
-    index = np.array([own.index_of(int(i)) for i in seen.feature_index], dtype=np.intp)
-    pairs = zip(seen.feature_index.tolist(), seen.arc_length_mm, strict=True)
+def _own_seen(reading: Seen, own: OwnContour, profile: Profile) -> Seen:
+    index = np.array([own.index_of(int(i)) for i in reading.feature_index], dtype=np.intp)
+    pairs = zip(reading.feature_index.tolist(), reading.arc_length_mm, strict=True)
     points = [profile.features[i].point_mm(s) for i, s in pairs]
     along = [float(own.profile.features[i].locate(point)[0]) for i, point in zip(index, points, strict=True)]
-    return replace(seen, feature_index=index, arc_length_mm=np.array(along))
+    return replace(reading, feature_index=index, arc_length_mm=np.array(along))
 
 
 def _own_options(options: Options, own: OwnContour, inputs: Inputs) -> Options:
@@ -126,13 +126,17 @@ def _name(name: str, own: OwnContour, inputs: Inputs) -> str:
     return own.profile.names[own.index_of(inputs.profile.names.index(name))] if name else ""
 
 
-def _is_own(asked: Characteristic, own: OwnContour, inputs: Inputs) -> bool:
+def _is_own(characteristic: Characteristic, own: OwnContour, inputs: Inputs) -> bool:
     names = [inputs.profile.names[index] for index in _own_of(own)]
-    return asked.feature in names and (not asked.other or asked.other in names)
+    return characteristic.feature in names and (not characteristic.other or characteristic.other in names)
 
 
-def _renamed(asked: Characteristic, own: OwnContour, inputs: Inputs) -> Characteristic:
-    return replace(asked, feature=_name(asked.feature, own, inputs), other=_name(asked.other, own, inputs))
+def _renamed(characteristic: Characteristic, own: OwnContour, inputs: Inputs) -> Characteristic:
+    return replace(
+        characteristic,
+        feature=_name(characteristic.feature, own, inputs),
+        other=_name(characteristic.other, own, inputs),
+    )
 
 
 def vectors_in(frame: SetupFrame, vectors: ErrorVectors, profile: Profile) -> ErrorVectors:
@@ -149,9 +153,9 @@ def vectors_in(frame: SetupFrame, vectors: ErrorVectors, profile: Profile) -> Er
     return placed.chosen(np.lexsort((along, index)))
 
 
-def _seen_in(frame: SetupFrame, seen: Seen, profile: Profile) -> Seen:
-    index, along = _places(frame, seen.feature_index, seen.arc_length_mm, profile)
-    return replace(seen, feature_index=index, arc_length_mm=along)
+def _seen_in(frame: SetupFrame, reading: Seen, profile: Profile) -> Seen:
+    index, along = _places(frame, reading.feature_index, reading.arc_length_mm, profile)
+    return replace(reading, feature_index=index, arc_length_mm=along)
 
 
 def seen_of_edge(seen: Sequence[Seen], frame: SetupFrame, own: OwnContour | None, profile: Profile) -> tuple[Seen, ...]:
@@ -212,18 +216,20 @@ def frame_of(correction: Correction) -> SetupFrame:
     return SetupFrame(**{one.name: stated[one.name] for one in fields(SetupFrame)})
 
 
-def characteristics_in(frame: SetupFrame, asked: Sequence[Characteristic]) -> tuple[Characteristic, ...]:
+def characteristics_in(frame: SetupFrame, characteristics: Sequence[Characteristic]) -> tuple[Characteristic, ...]:
     """Characteristics with the place of a diameter as the program has it."""
-    return tuple(one if one.at_z_mm is None else replace(one, at_z_mm=frame.z_mm(one.at_z_mm)) for one in asked)
+    return tuple(
+        one if one.at_z_mm is None else replace(one, at_z_mm=frame.z_mm(one.at_z_mm)) for one in characteristics
+    )
 
 
 def judged_on_part(correction: Correction, asked: Sequence[Characteristic]) -> Correction:
     """Returns the correction with its characteristics placed as the part has them; `asked` are those of the part."""
     places = {one.name: one.at_z_mm for one in asked}
 
-    def placed(one: Judged) -> Judged:
-        of = one.characteristic
-        return replace(one, characteristic=replace(of, at_z_mm=places.get(of.name, of.at_z_mm)))
+    def placed(judged: Judged) -> Judged:
+        of = judged.characteristic
+        return replace(judged, characteristic=replace(of, at_z_mm=places.get(of.name, of.at_z_mm)))
 
     judged = tuple(map(placed, correction.characteristics))
     return replace(correction, characteristics=judged, record=replace(correction.record, characteristics=judged))

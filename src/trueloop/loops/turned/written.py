@@ -39,7 +39,7 @@ from trueloop.turned.compensation.targets import (
 from trueloop.turned.program.contour_cycles import finishing_cycle
 from trueloop.turned.program.rapids import with_rapids
 from trueloop.turned.program.read_back import (
-    Given,
+    SourceContour,
     again,
     aligned,
     check_contour,
@@ -213,7 +213,7 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
     if not own:
         blocks = matched.path.block[[matched.cuts[0].move, matched.cuts[-1].move]]
         meant = {piece.shifted.feature.name: piece for piece in paths.commanded}
-        as_given = Given(source, _of_blocks(source, blocks), meant, REACH * largest_mm)
+        as_given = SourceContour(source, _of_blocks(source, blocks), meant, REACH * largest_mm)
         along, where = driven.along(after, largest_mm), _of_blocks(compensated, path.block[[*span]])
         joined_mm = tolerance_mm + joins_mm(path, span, driven.nose_radius_mm)
         check_contour(compensated, where, along, joined_mm, as_given)

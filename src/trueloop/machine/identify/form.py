@@ -83,15 +83,15 @@ def choose_signals(
 
 
 def _fewer(
-    known: tuple[Term, ...], choices: Sequence[Choice], terms: Sequence[Term]
+    kept: tuple[Term, ...], choices: Sequence[Choice], terms: Sequence[Term]
 ) -> Iterator[tuple[tuple[Term, ...], tuple[ErrorName, str]]]:
     """Yields every model with one of the chosen signals less, and the signal taken away."""
     given = {term.name: term.needs() for term in terms}
     for choice in choices:
-        at = next(k for k, term in enumerate(known) if term.name == choice.error)
-        for signal in known[at].needs():
+        at = next(k for k, term in enumerate(kept) if term.name == choice.error)
+        for signal in kept[at].needs():
             if signal not in given[choice.error]:
-                yield (*known[:at], _without(known[at], signal), *known[at + 1 :]), (choice.error, signal)
+                yield (*kept[:at], _without(kept[at], signal), *kept[at + 1 :]), (choice.error, signal)
 
 
 def _without(term: Term, signal: str) -> Term:

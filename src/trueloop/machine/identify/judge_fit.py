@@ -119,11 +119,11 @@ class _Downdated:
     taken out.
     """
 
-    def __init__(self, found: Identification, readings: Observations) -> None:
-        machine = found.model.machine
-        whole = readings.with_lags(found.model.lags)
-        rows, values, _ = weighted_rows(machine, found.model.terms, whole)
-        root = np.sqrt(found.share)
+    def __init__(self, identification: Identification, readings: Observations) -> None:
+        machine = identification.model.machine
+        whole = readings.with_lags(identification.model.lags)
+        rows, values, _ = weighted_rows(machine, identification.model.terms, whole)
+        root = np.sqrt(identification.share)
         self.readings, self.root, self.weight = readings, root, values_weight(readings) * root
         self.opened = np.hstack([zero_columns(readings), slope_columns(machine.chain, readings)])
         opened = self.opened * self.weight[:, None]

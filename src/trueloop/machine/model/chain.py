@@ -174,9 +174,9 @@ class Chain:
             tool=tuple(changed.get(axis.name, axis) for axis in self.tool),
         )
 
-    def positions(self, given: Mapping[str, Array | float]) -> Array:
+    def positions(self, values: Mapping[str, Array | float]) -> Array:
         """Axis positions by name as an array (n, axes) in `order`; axes not given stand at 0. Raises MCH-AXIS."""
-        for name in given:
+        for name in values:
             self.axis(name)
-        columns = np.broadcast_arrays(*[np.asarray(given.get(name, 0.0), dtype=np.float64) for name in self.order])
+        columns = np.broadcast_arrays(*[np.asarray(values.get(name, 0.0), dtype=np.float64) for name in self.order])
         return np.stack([np.atleast_1d(column) for column in columns], axis=-1)

@@ -140,8 +140,8 @@ def check_ranges(quantities: Iterable[Ranged]) -> None:
     )
 
 
-def _beyond(name: str, values: Array, known: tuple[float, float], unit: str) -> str:
-    low, high, *ends = (in_words(value, unit) for value in (float(values.min()), float(values.max()), *known))
+def _beyond(name: str, values: Array, bounds: tuple[float, float], unit: str) -> str:
+    low, high, *ends = (in_words(value, unit) for value in (float(values.min()), float(values.max()), *bounds))
     return f"{name} is {low if low == high else f'{low} to {high}'}; the model was found from {ends[0]} to {ends[1]}"
 
 

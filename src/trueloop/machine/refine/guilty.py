@@ -66,7 +66,7 @@ def with_guilty(model: MachineModel, guilty: Sequence[Guilty], state: State) -> 
     return model
 
 
-def freedom(model: MachineModel, guilty: Sequence[Guilty], seen: LeftOnParts) -> dict[str, Array]:
+def freedom(model: MachineModel, guilty: Sequence[Guilty], residuals: LeftOnParts) -> dict[str, Array]:
     """Columns (coefficients and lags, k) by which each guilty error may move beyond its covariance.
 
     One block for what it does whatever the temperature and one for each signal, each scaled so that normal numbers of
@@ -76,7 +76,7 @@ def freedom(model: MachineModel, guilty: Sequence[Guilty], seen: LeftOnParts) ->
     slices = dict(zip((term.name for term in model.terms), model.slices(), strict=True))
     terms = {term.name: term for term in model.terms}
     whole = len(model.coefficients) + len(model.lags)
-    along = np.einsum("ni,nij->nj", seen.normal, design(model.machine.chain, model.terms, seen.state))
+    along = np.einsum("ni,nij->nj", residuals.normal, design(model.machine.chain, model.terms, residuals.state))
     for error in dict.fromkeys(one.error for one in guilty):
         blocks: dict[str, list[Array]] = {}
         for part, own in _columns(terms[error]):
@@ -101,14 +101,14 @@ def _columns(term: Term) -> Iterator[tuple[Part, Array]]:
         yield part, np.vstack([own @ part.basis.admissible()] * (2 if term.both_ways else 1))
 
 
-def _missing(model: MachineModel, one: Guilty, state: State) -> Iterator[Part]:
-    term = next((term for term in model.terms if term.name == one.error), None)
-    curve, line = _bases(model.machine.chain, one.error, state)
+def _missing(model: MachineModel, guilty: Guilty, state: State) -> Iterator[Part]:
+    term = next((term for term in model.terms if term.name == guilty.error), None)
+    curve, line = _bases(model.machine.chain, guilty.error, state)
     if term is None:
         yield Part(curve)
-    if one.signal and (term is None or one.signal not in term.needs()):
-        reference = float(np.mean(Part(CONSTANT, one.signal).factor(state.signals)))
-        yield Part(line, one.signal, reference)
+    if guilty.signal and (term is None or guilty.signal not in term.needs()):
+        reference = float(np.mean(Part(CONSTANT, guilty.signal).factor(state.signals)))
+        yield Part(line, guilty.signal, reference)
 
 
 def _bases(chain: Chain, error: ErrorName, state: State) -> tuple[PositionBasis, PositionBasis]:
@@ -157,7 +157,7 @@ MODEL, SET_UP, PLACE = "model", "set-up", "place"
 
 
 @dataclass(frozen=True)
-class Updated:
+class UpdatedTerm:
     """The model with its coefficients moved, and the quantities of the update.
 
     `outlier` (n,) are points more than five standard deviations off, which hardly counted. `noise_mm`, `set_up_mm` and
@@ -174,40 +174,40 @@ class Updated:
     wider: float
 
 
-def guilty_ones(given: Sequence[ErrorName | Guilty]) -> tuple[Guilty, ...]:
+def guilty_ones(terms: Sequence[ErrorName | Guilty]) -> tuple[Guilty, ...]:
     """Axis errors by name alone, or with the signal that each follows."""
-    return tuple(one if isinstance(one, Guilty) else Guilty(one) for one in given)
+    return tuple(one if isinstance(one, Guilty) else Guilty(one) for one in terms)
 
 
 def update(
-    model: MachineModel, seen: LeftOnParts, guilty: Sequence[ErrorName | Guilty], *, share: float = 1.0
-) -> Updated:
+    model: MachineModel, residuals: LeftOnParts, guilty: Sequence[ErrorName | Guilty], *, share: float = 1.0
+) -> UpdatedTerm:
     """Updates the model by its residuals on the parts: its coefficients moved by `share` of the change [4773 §2.5].
 
     Raises DIA-FEW for fewer than three parts, MCH-SHAPE for points that do not belong together, MCH-AXIS for a guilty
     error that the machine does not have, MCH-SIGNAL where a temperature is not given.
     """
-    require_usable(seen)
+    require_usable(residuals)
     named = guilty_ones(guilty)
-    grown = replace(with_guilty(model, named, seen.state), version=None)
-    along = np.einsum("ni,nij->nj", seen.normal, grown.sensitivities(seen.state)) * UM_PER_MM
+    grown = replace(with_guilty(model, named, residuals.state), version=None)
+    along = np.einsum("ni,nij->nj", residuals.normal, grown.sensitivities(residuals.state)) * UM_PER_MM
     # Columns whose products sum to the covariance, as many as it has directions
     scale = np.sqrt(np.maximum(np.diag(grown.covariance), 0.0))
     unit = np.where(scale > 0.0, scale, 1.0)
     values, vectors = np.linalg.eigh(grown.covariance / np.outer(unit, unit))
     kept = values > 1e-12 * max(float(values.max(initial=0.0)), 1e-300)
     root: Array = unit[:, None] * vectors[:, kept] * np.sqrt(values[kept])
-    moves = {MODEL: root, **freedom(grown, named, seen)}
+    moves = {MODEL: root, **freedom(grown, named, residuals)}
     blocks = {
         name: Block(along @ move, *((1.0, WIDER) if name == MODEL else (LEAST_MM, MOST_MM)))
         for name, move in moves.items()
     }
-    blocks |= {SET_UP: _in_um(seen.set_ups()), PLACE: _in_um(seen.places())}
-    fit = mixed(seen.residual_mm * UM_PER_MM, blocks, seen.weights, seen.u_mm * UM_PER_MM)
+    blocks |= {SET_UP: _in_um(residuals.set_ups()), PLACE: _in_um(residuals.places())}
+    fit = mixed(residuals.residual_mm * UM_PER_MM, blocks, residuals.weights, residuals.u_mm * UM_PER_MM)
     to_all = np.hstack([fit.scales[name] * move for name, move in moves.items()])
     refined = _moved(grown, to_all, fit, share)
     set_up, place = fit.scales[SET_UP], fit.scales[PLACE] if blocks[PLACE].rows.size else 0.0
-    return Updated(
+    return UpdatedTerm(
         model=refined,
         outlier=fit.outlier,
         noise_mm=fit.noise / UM_PER_MM,

@@ -9,7 +9,7 @@ from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code
 from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.refine.guilty import Guilty, Updated, guilty_ones, update
+from trueloop.machine.refine.guilty import Guilty, UpdatedTerm, guilty_ones, update
 from trueloop.machine.refine.left import Change, LeftOnParts, changes
 from trueloop.statistics import rms
 from trueloop.wording import Um, Wording, wording
@@ -53,7 +53,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True)
-class Judged:
+class RefinementJudgement:
     """The judgement by parts left out, and by whole part types left out where there are several."""
 
     by_part: LeftOut
@@ -93,53 +93,55 @@ class Judged:
         )
 
 
-def judged(model: MachineModel, seen: LeftOnParts, whole: Updated, updated: Callable[[LeftOnParts], Updated]) -> Judged:
+def judged(
+    model: MachineModel, residuals: LeftOnParts, whole: UpdatedTerm, updated: Callable[[LeftOnParts], UpdatedTerm]
+) -> RefinementJudgement:
     """Refines anew without each group of parts and without each part type. `whole` is the update by all of them."""
-    numbers = seen.parts
-    group = np.searchsorted(numbers, seen.part) % min(FOLDS, len(numbers))
-    types = np.unique(seen.part_type)
-    by_part = _left_out(model, seen, whole, updated, [group == k for k in np.unique(group)], seen.part)
-    whole_types = [seen.part_type == one for one in types]
-    enough = len(types) > 1 and all(len(np.unique(seen.part[~out])) >= 3 for out in whole_types)
-    unit = seen.part_type if len(types) > 2 else seen.part
-    by_type = _left_out(model, seen, whole, updated, whole_types, unit, len(types)) if enough else None
-    return Judged(by_part, by_type)
+    numbers = residuals.parts
+    group = np.searchsorted(numbers, residuals.part) % min(FOLDS, len(numbers))
+    types = np.unique(residuals.part_type)
+    by_part = _left_out(model, residuals, whole, updated, [group == k for k in np.unique(group)], residuals.part)
+    whole_types = [residuals.part_type == one for one in types]
+    enough = len(types) > 1 and all(len(np.unique(residuals.part[~out])) >= 3 for out in whole_types)
+    unit = residuals.part_type if len(types) > 2 else residuals.part
+    by_type = _left_out(model, residuals, whole, updated, whole_types, unit, len(types)) if enough else None
+    return RefinementJudgement(by_part, by_type)
 
 
 def _left_out(
     model: MachineModel,
-    seen: LeftOnParts,
-    whole: Updated,
-    updated: Callable[[LeftOnParts], Updated],
+    residuals: LeftOnParts,
+    whole: UpdatedTerm,
+    updated: Callable[[LeftOnParts], UpdatedTerm],
     folds: Sequence[Flags],
     unit: Integers,
     groups: int | None = None,
 ) -> LeftOut:
-    left = np.zeros((2, len(seen)))
-    weighted = np.zeros((2, len(seen)))
+    left = np.zeros((2, len(residuals)))
+    weighted = np.zeros((2, len(residuals)))
     for out in folds:
-        held, found = seen.only(out), updated(seen.only(~out))
+        held, found = residuals.only(out), updated(residuals.only(~out))
         left[:, out] = held.residual_mm, left_by(model, found.model, held)
         weighted[:, out] = _whitened(held, left[:, out].T, whole).T
     kept = ~whole.outlier
     return _compared(left[:, kept], weighted[:, kept], unit[kept], groups)
 
 
-def left_by(old: MachineModel, new: MachineModel, seen: LeftOnParts) -> Array:
-    """Returns the residual that the new model would have left where the old one left `seen.residual_mm`, (n,)."""
-    moved = np.einsum("ni,ni->n", seen.normal, new.error_mm(seen.state) - old.error_mm(seen.state))
-    left: Array = seen.residual_mm - moved
+def left_by(old: MachineModel, new: MachineModel, residuals: LeftOnParts) -> Array:
+    """Returns the residual that the new model would have left where the old one left `residuals.residual_mm`, (n,)."""
+    moved = np.einsum("ni,ni->n", residuals.normal, new.error_mm(residuals.state) - old.error_mm(residuals.state))
+    left: Array = residuals.residual_mm - moved
     return left
 
 
-def _whitened(seen: LeftOnParts, values: Array, found: Updated) -> Array:
+def _whitened(residuals: LeftOnParts, values: Array, term: UpdatedTerm) -> Array:
     """Values (n, k) made as independent as noise, of which each has 1: with the set-ups' and the places' variance.
 
     Σ = s² (1 + U diag(λ) Uᵀ) with U along what a part's set-up shows: Σ^(−½) = (1 + U (1/√(1 + λ) − 1) Uᵀ) / s.
     """
-    left, strength, _ = np.linalg.svd(seen.set_ups(), full_matrices=False)
-    variance = found.noise_mm**2 + found.place_mm**2
-    less = 1 / np.sqrt(1 + strength**2 * found.set_up_mm**2 / variance) - 1
+    left, strength, _ = np.linalg.svd(residuals.set_ups(), full_matrices=False)
+    variance = term.noise_mm**2 + term.place_mm**2
+    less = 1 / np.sqrt(1 + strength**2 * term.set_up_mm**2 / variance) - 1
     white: Array = (values + left @ (less[:, None] * (left.T @ values))) / np.sqrt(variance)
     return white
 
@@ -185,8 +187,8 @@ class Refined:
 
     model: MachineModel
     guilty: tuple[Guilty, ...]
-    updated: Updated
-    judged: Judged
+    updated: UpdatedTerm
+    judged: RefinementJudgement
     changes: tuple[Change, ...]
     parts: int
 
@@ -211,7 +213,7 @@ class Refined:
 
 
 def refine(
-    model: MachineModel, seen: LeftOnParts, guilty: Sequence[ErrorName | Guilty], *, share: float = 1.0
+    model: MachineModel, residuals: LeftOnParts, guilty: Sequence[ErrorName | Guilty], *, share: float = 1.0
 ) -> Refined:
     """Refines the model by its residuals on the parts, and judges it on parts and part types left out.
 
@@ -220,19 +222,19 @@ def refine(
     `require_better`. Raises what `update` does.
     """
     named = guilty_ones(guilty)
-    whole = update(model, seen, named, share=share)
+    whole = update(model, residuals, named, share=share)
 
-    def again(others: LeftOnParts) -> Updated:
+    def again(others: LeftOnParts) -> UpdatedTerm:
         return update(model, others, named, share=share)
 
-    found = judged(model, seen, whole, again)
+    found = judged(model, residuals, whole, again)
     return Refined(
         model=whole.model,
         guilty=named,
         updated=whole,
         judged=found,
         changes=changes(model, whole.model),
-        parts=len(seen.parts),
+        parts=len(residuals.parts),
     )
 
 

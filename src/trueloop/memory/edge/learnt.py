@@ -50,7 +50,7 @@ class Behind:
 
 @by_content
 @dataclass(frozen=True)
-class Learnt:
+class EdgeKnowledge:
     """The knowledge of an edge at n contact angles (n,), after the last of its parts. Errors in mm, positive where
     material is left on.
 
@@ -79,7 +79,7 @@ class Learnt:
     inspected: int
 
 
-def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | None:
+def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> EdgeKnowledge | None:
     """Returns the terms, given the parts in cutting order, at contact angles (n,) in rad; None without any error.
 
     An offset that all parts have is shared between setting and part zero. At a contact angle, a part type stands at the
@@ -89,7 +89,7 @@ def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | No
     if not any(len(part.semifinish) or part.uncorrected_mm is not None for part in parts):
         return None
     last, at, types = parts[-1], contact_angle_rad, list(dict.fromkeys(part.part_type for part in parts))
-    given = _Given(parts, at)
+    given = _AllParts(parts, at)
     behind = _behind(parts, given)
     seen = behind.contact_angle_rad
 
@@ -98,7 +98,7 @@ def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | No
 
     # At 90° an offset is its x, at 0 its z.
     setting = given.of(SETTING, CutErrors.asked(np.array([np.pi / 2, 0.0])), last.part_type)
-    return Learnt(
+    return EdgeKnowledge(
         contact_angle_rad=at,
         form=given.of(FORM, CutErrors.asked(at), last.part_type),
         transfer=given.of(TRANSFER, CutErrors.asked(at), last.part_type),
@@ -116,7 +116,7 @@ def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | No
     )
 
 
-class _Given:
+class _AllParts:
     """The state after all parts, and what it left of each of their errors as it was taken in, mm."""
 
     def __init__(self, parts: Sequence[MadePart], contact_angle_rad: Array) -> None:
@@ -136,7 +136,7 @@ def _bare(part: MadePart) -> MadePart:
     return replace(part, semifinish=CutErrors.none(), finish=None, correction_mm=None, from_memory_mm=None)
 
 
-def _behind(parts: Sequence[MadePart], given: _Given) -> Behind:
+def _behind(parts: Sequence[MadePart], all_parts: _AllParts) -> Behind:
     seen = [(part, finish, errors) for part in parts for finish, errors in _seen(part)]
     counts = [len(errors) for *_, errors in seen]
     serials, types = ([getattr(part, name) for part, *_ in seen] for name in ("serial", "part_type"))
@@ -145,7 +145,7 @@ def _behind(parts: Sequence[MadePart], given: _Given) -> Behind:
         tuple(np.repeat(types, counts).tolist()),
         np.repeat([finish for _, finish, _ in seen], counts),
         np.concatenate([errors.contact_angle_rad for *_, errors in seen]),
-        given.left_mm,
+        all_parts.left_mm,
     )
 
 

@@ -148,14 +148,14 @@ class Prediction:
         return self._after.predict(places, functional)
 
 
-def predict(history: Sequence[MadePart], part: MadePart, asked: CutErrors) -> Prediction:
-    """Predicts the finish errors E = F + C of a part at the places of `asked`, whose values are not used."""
-    known = known_edge(history, part, asked)
-    places, functional = known.places(asked, True)
+def predict(history: Sequence[MadePart], part: MadePart, errors: CutErrors) -> Prediction:
+    """Predicts the finish errors E = F + C of a part at the places of `errors`, whose values are not used."""
+    known = known_edge(history, part, errors)
+    places, functional = known.places(errors, True)
     seen = cut_of(part, known.age, part.semifinish, False, None)
     state = known.state.at(seen.places).expecting(places)
     rows = np.vstack([seen.of(state.design(seen.places)), _of(functional, state.design(places))])
-    t, n = len(seen), len(asked)
+    t, n = len(seen), len(errors)
     covariance = state.covariance_of(rows)
     covariance[:t, :t] += state.noise_mm2(seen)
     covariance[t:, t:] += state.noise_mm2(Observed(places, np.zeros(n), np.zeros(n), functional))
@@ -171,7 +171,7 @@ def predict(history: Sequence[MadePart], part: MadePart, asked: CutErrors) -> Pr
         gain_u=float(np.sqrt(np.diag(after.covariance)[where][0])),
         _known=known,
         _after=after,
-        _asked=asked,
+        _asked=errors,
     )
 
 

@@ -77,7 +77,7 @@ class Levels:
 
 
 @dataclass(frozen=True)
-class Seen:
+class LevelObservation:
     """The observation of one part: innovation and its standard deviation, mm; weight: share of it that is expected
     again of the next part with the same correction, the Kalman gain of level − gain · correction. All (…).
     """
@@ -106,58 +106,58 @@ def unknown(prior: LevelPrior, shape: tuple[int, ...] = ()) -> Levels:
     )
 
 
-def moved_on(known: Levels, parts: Array | float, set_before: Array | bool, prior: LevelPrior) -> Levels:
+def moved_on(levels: Levels, parts: Array | float, set_before: Array | bool, prior: LevelPrior) -> Levels:
     """Returns the state before the part that comes `parts` later: the level has drifted; it is unknown again where the
     tool was set.
     """
     anew = np.asarray(set_before)[..., None]
-    drifted = known.level_var + known.drift**2 * np.asarray(parts, float)[..., None]
+    drifted = levels.level_var + levels.drift**2 * np.asarray(parts, float)[..., None]
     return replace(
-        known,
-        level=np.where(anew, 0.0, known.level),
+        levels,
+        level=np.where(anew, 0.0, levels.level),
         level_var=np.where(anew, prior.setting_mm**2, drifted),
-        covariance=np.where(anew, 0.0, known.covariance),
+        covariance=np.where(anew, 0.0, levels.covariance),
     )
 
 
-def predicted(known: Levels, correction: Array | float) -> tuple[Array, Array]:
+def predicted(levels: Levels, correction: Array | float) -> tuple[Array, Array]:
     """Predicts the error of a part with that correction, and its variance with scatter, of each case; (…, g)."""
     c = np.asarray(correction, float)[..., None]
-    variance = known.level_var - 2 * c * known.covariance + c**2 * known.gain_var + known.scatter**2
-    return known.level - known.gain * c, variance
+    variance = levels.level_var - 2 * c * levels.covariance + c**2 * levels.gain_var + levels.scatter**2
+    return levels.level - levels.gain * c, variance
 
 
-def learned(known: Levels, error: Array | float, correction: Array | float) -> tuple[Levels, Seen]:
+def learned(levels: Levels, error: Array | float, correction: Array | float) -> tuple[Levels, LevelObservation]:
     """Returns the state after a part cut with that correction and measured with that error; its observation."""
-    c, (expected, variance) = np.asarray(correction, float)[..., None], predicted(known, correction)
+    c, (expected, variance) = np.asarray(correction, float)[..., None], predicted(levels, correction)
     beyond = np.asarray(error, float)[..., None] - expected
-    with_level = known.level_var - c * known.covariance
-    with_gain = known.covariance - c * known.gain_var
+    with_level = levels.level_var - c * levels.covariance
+    with_gain = levels.covariance - c * levels.gain_var
     after = replace(
-        known,
-        log_weight=known.log_weight - 0.5 * (np.log(variance) + beyond**2 / variance),
-        level=known.level + with_level / variance * beyond,
-        gain=known.gain + with_gain / variance * beyond,
-        level_var=known.level_var - with_level**2 / variance,
-        covariance=known.covariance - with_level * with_gain / variance,
-        gain_var=known.gain_var - with_gain**2 / variance,
+        levels,
+        log_weight=levels.log_weight - 0.5 * (np.log(variance) + beyond**2 / variance),
+        level=levels.level + with_level / variance * beyond,
+        gain=levels.gain + with_gain / variance * beyond,
+        level_var=levels.level_var - with_level**2 / variance,
+        covariance=levels.covariance - with_level * with_gain / variance,
+        gain_var=levels.gain_var - with_gain**2 / variance,
     )
-    mean = known.mean(expected)
-    seen = Seen(
-        np.asarray(error) - mean, known.total_u(expected, variance), after.mean(1 - known.scatter**2 / variance)
+    mean = levels.mean(expected)
+    seen = LevelObservation(
+        np.asarray(error) - mean, levels.total_u(expected, variance), after.mean(1 - levels.scatter**2 / variance)
     )
     return after, seen
 
 
-def best_correction(known: Levels) -> Array:
+def best_correction(levels: Levels) -> Array:
     """Returns the correction c that makes E[(level − gain · c)²] least: E[level · gain] / E[gain²], (…).
 
     It is smaller than level / gain where the gain is not well known. Corrections that do not act as meant have no best
     size: see `as_meant`; the averages are over the cases in which they do.
     """
-    products = known.level * known.gain + known.covariance
-    squares = known.gain**2 + known.gain_var
-    return np.asarray(known.mean(known.as_meant * products) / known.mean(known.as_meant * squares))
+    products = levels.level * levels.gain + levels.covariance
+    squares = levels.gain**2 + levels.gain_var
+    return np.asarray(levels.mean(levels.as_meant * products) / levels.mean(levels.as_meant * squares))
 
 
 def cautious(correction: Array | float, largest_seen: Array | float, first_share: float) -> Array:
@@ -222,30 +222,32 @@ def steps_as_they_come(readings: Iterable[PartReading], prior: LevelPrior = TURN
         yield past.step
 
 
-def _step(known: Levels, seen: Seen, reading: PartReading, largest_mm: float, prior: LevelPrior) -> tuple[Step, bool]:
+def _step(
+    levels: Levels, observation: LevelObservation, reading: PartReading, largest_mm: float, prior: LevelPrior
+) -> tuple[Step, bool]:
     """Returns the step, its reason still to come, and whether the correction is limited as unconfirmed."""
-    ahead = moved_on(known, 1.0, False, prior)
-    whole, gain = float(best_correction(ahead)), float(known.mean(known.gain))
+    ahead = moved_on(levels, 1.0, False, prior)
+    whole, gain = float(best_correction(ahead)), float(levels.mean(levels.gain))
     allowed = float(cautious(whole, largest_mm, prior.first_share))
     # The probability that corrections act as meant, (…)
-    held = bool(gain < LEAST_GAIN or known.mean(known.as_meant * np.ones_like(known.log_weight)) < PROBABLE)
+    held = bool(gain < LEAST_GAIN or levels.mean(levels.as_meant * np.ones_like(levels.log_weight)) < PROBABLE)
     correction = reading.correction_mm if held else allowed
     applied = 0.0 if held or not reading.counts else allowed / whole if whole else 1.0
     expected, variance = predicted(ahead, correction)
     step = Step(
         correction_mm=correction,
         change_mm=correction - reading.correction_mm,
-        weight=Weight(float(seen.weight) * applied, None, ""),
-        predicted_mm=float(known.mean(expected)),
-        predicted_u_mm=float(known.total_u(expected, variance)),
-        level_mm=float(known.mean(known.level)),
-        level_u_mm=float(known.total_u(known.level, known.level_var)),
-        scatter_mm=known.typical(known.scatter),
-        drift_mm=known.typical(known.drift),
+        weight=Weight(float(observation.weight) * applied, None, ""),
+        predicted_mm=float(levels.mean(expected)),
+        predicted_u_mm=float(levels.total_u(expected, variance)),
+        level_mm=float(levels.mean(levels.level)),
+        level_u_mm=float(levels.total_u(levels.level, levels.level_var)),
+        scatter_mm=levels.typical(levels.scatter),
+        drift_mm=levels.typical(levels.drift),
         gain=gain,
-        gain_u=float(known.total_u(known.gain, known.gain_var)),
-        innovation_mm=float(seen.innovation),
-        innovation_sd_mm=float(seen.deviation),
+        gain_u=float(levels.total_u(levels.gain, levels.gain_var)),
+        innovation_mm=float(observation.innovation),
+        innovation_sd_mm=float(observation.deviation),
         held=held,
     )
     return step, allowed != whole

@@ -35,7 +35,7 @@ class Alarm:
 
 
 @dataclass(frozen=True)
-class Noticed:
+class PartChanges:
     """The changes noticed of one part. `alarms` has the likeliest first; it is empty where nothing is unusual.
 
     `level_mm` is (dX, dZ) by which the part's error lies beside the prediction, X a radius; `gain` the share of the

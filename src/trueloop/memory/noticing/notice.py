@@ -19,7 +19,7 @@ from trueloop.domain.life import Stage
 from trueloop.estimate.weights import plain
 from trueloop.memory.edge.predict import innovations
 from trueloop.memory.made_part import MadePart
-from trueloop.memory.noticing.alarm import Alarm, LeftOut, Noticed, What
+from trueloop.memory.noticing.alarm import Alarm, LeftOut, PartChanges, What
 from trueloop.memory.noticing.sentences import (
     SLIPS,
     SLIPS_OF_MEMORY,
@@ -110,7 +110,7 @@ def notice(
     correction_mm: Array | None = None,
     from_memory_mm: Array | None = None,
     points: Sequence[str] | None = None,
-) -> Noticed:
+) -> PartChanges:
     """Returns the changes that n places of one part show against their prediction, (n,), with its covariance (n, n),
     scatter included.
 
@@ -127,14 +127,14 @@ def notice(
     covariance = np.asarray(covariance_mm2) * wider(parts)
     stay, left = kept(error_mm, covariance, names)
     if len(stay) == 0:
-        return Noticed()
+        return PartChanges()
     white, angle = White.of(error_mm[stay], covariance[np.ix_(stay, stay)]), contact_angle_rad[stay]
     shift, of_error = _of_error(white, error_mm[stay], angle, before_finish=correction_mm is None)
     gain = None if correction_mm is None else gain_of(white, correction_mm[stay])
     memory = None if from_memory_mm is None else gain_of(white, from_memory_mm[stay])
     found = [*of_error, *_of_gains(gain, memory)]
     raised = sorted((one for one in found if one.raised()), key=_Found.rank)
-    return Noticed(
+    return PartChanges(
         alarms=tuple(one.alarm for one in raised),
         left_out=left,
         level_mm=(float(shift[0]), float(shift[1])),
@@ -146,7 +146,7 @@ def notice(
     )
 
 
-def notice_part(history: Sequence[MadePart], part: MadePart) -> dict[Stage, Noticed]:
+def notice_part(history: Sequence[MadePart], part: MadePart) -> dict[Stage, PartChanges]:
     """Returns by cut how a part differs from the prediction of earlier parts of the edge, in cutting order.
 
     Its touches are judged by earlier parts, its finish inspection by these and by its own touches. A cut without places

@@ -14,7 +14,7 @@ _ENDLESS_BLOCKS = 10_000
 
 
 @dataclass(frozen=True)
-class Checked:
+class ProgramCheck:
     """The findings of a program, in order of place, and the number of its blocks."""
 
     findings: list[Finding]
@@ -68,7 +68,7 @@ def check_in_parts(
     *,
     skipped_blocks: bool = False,
     size: int = PART,
-) -> Checked | None:
+) -> ProgramCheck | None:
     """Checks a long program in parts of `size` bytes, without tools; None where it must be run as a whole."""
     of_text: list[Finding] = []
     of_run: list[Finding] = []
@@ -79,10 +79,12 @@ def check_in_parts(
         of_text += part.of_text
         of_run += part.path.findings
         of_moves, count = of_moves.and_then(part.path, part.lines), count + part.lines.until
-    return Checked(_in_order([*of_text, *of_run], of_moves, file), count)
+    return ProgramCheck(_in_order([*of_text, *of_run], of_moves, file), count)
 
 
-def _in_order(found: Sequence[Finding], of_moves: Geometry, file: str | None) -> list[Finding]:
+def _in_order(findings: Sequence[Finding], of_moves: Geometry, file: str | None) -> list[Finding]:
     located = (finding.in_file(file) for finding in of_moves.findings())
-    once = {(finding.place, finding.code): finding for finding in reversed([*found, *located])}  # a loop comes by often
+    once = {
+        (finding.place, finding.code): finding for finding in reversed([*findings, *located])
+    }  # a loop comes by often
     return sorted(once.values(), key=lambda finding: (finding.place.line or 0, finding.place.column or 0))

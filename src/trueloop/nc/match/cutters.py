@@ -19,7 +19,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.match.matching import TOLERANCE_MM
 from trueloop.nc.program.along import FeedMove
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 
 DEEPER_MM: Final = 0.02
 """An edge that is commanded deeper by more than this cuts what another left: edges are set to better than that."""
@@ -85,7 +85,7 @@ def cutters(
     profile: Profile,
     of_edge: Sequence[Sequence[FeedMove]],
     edges: Sequence[CuttingEdge],
-    decided: Mapping[str, Called | None] | None = None,
+    decided: Mapping[str, CalledOffset | None] | None = None,
     tolerance_mm: float = TOLERANCE_MM,
 ) -> Cutters:
     """Finds the edges. `of_edge`: each edge's feed moves; `decided`: the job's decision by feature, None: left alone.
@@ -117,7 +117,7 @@ def _cutter(
     feature: Feature,
     covers: Sequence[tuple[CuttingEdge, Cover]],
     edges: Sequence[CuttingEdge],
-    decided: Called | None,
+    decided: CalledOffset | None,
     tolerance_mm: float,
 ) -> tuple[CuttingEdge, int | None]:
     """The edge, and the line from which on it cuts the feature."""

@@ -12,7 +12,7 @@ import numpy as np
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Feature, Point
 from trueloop.nc.match.contour_match import ContourMatch
-from trueloop.nc.program.called import Called
+from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.tool_path import NO_COMPENSATION, ToolPath
 
@@ -47,7 +47,7 @@ class CuttingEdge:
     `tip`: the orientation of the tip that the program moves without G41 or G42, 0 for the nose's centre.
     """
 
-    called: Called
+    called: CalledOffset
     nose_radius_mm: float
     corner: Corner | None = None
     name: str = ""

@@ -36,15 +36,15 @@ class OwnContour:
         return next(own for own, parts in enumerate(self.parts) if feature in parts)
 
 
-def own_contour(profile: Profile, found: Cutters, edge: CuttingEdge) -> OwnContour:
+def own_contour(profile: Profile, cutters: Cutters, edge: CuttingEdge) -> OwnContour:
     """Returns the contour of an edge that cuts some of the profile.
 
     At a concave corner with another edge's feature its own ends where the nose stops.
     """
-    own = [index for index, one in enumerate(found.found) if one == edge]
-    groups = _in_line(profile, found, edge, own)
+    own = [index for index, one in enumerate(cutters.found) if one == edge]
+    groups = _in_line(profile, cutters, edge, own)
     features = [_whole([_reached(profile, i, own, edge.nose_radius_mm) for i in group]) for group in groups]
-    moves = [[move for i in group for move in found.moves(edge, i)] for group in groups]
+    moves = [[move for i in group for move in cutters.moves(edge, i)] for group in groups]
     for k in range(len(features) - 1):
         if _apart(features[k], features[k + 1]) and _follow(moves[k], moves[k + 1]):
             features[k : k + 2] = _meeting(features[k], features[k + 1])
@@ -65,12 +65,12 @@ def _reached(profile: Profile, index: int, own: Sequence[int], nose_radius_mm: f
     return from_to(feature, first, stop) if any(short_mm) else feature
 
 
-def _in_line(profile: Profile, found: Cutters, edge: CuttingEdge, own: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+def _in_line(profile: Profile, cutters: Cutters, edge: CuttingEdge, own: Sequence[int]) -> tuple[tuple[int, ...], ...]:
     """The features in groups that one move cuts together, with something else between them."""
     groups: list[tuple[int, ...]] = []
     for i in own:
         last = groups[-1][-1] if groups else i
-        together = set(found.moves(edge, last)) & set(found.moves(edge, i))
+        together = set(cutters.moves(edge, last)) & set(cutters.moves(edge, i))
         if groups and together and _on_one_line(profile.features[last], profile.features[i]):
             groups[-1] = (*groups[-1], i)
         else:

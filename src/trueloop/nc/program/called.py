@@ -15,7 +15,7 @@ EDGES: Final = 1000
 
 
 @dataclass(frozen=True, order=True)
-class Called:
+class CalledOffset:
     """A tool offset: its `number` (12 of T0312, H12), else that of the tool; `edge` is D of a Sinumerik, 1 elsewhere.
 
     Two corners of one insert are two of them: T0303 and T0313, or T3 D1 and T3 D2.
@@ -30,16 +30,16 @@ class Called:
         return f"T{self.number}" if self.edge == 1 else f"T{self.number} D{self.edge}"
 
 
-def called(dialect: Dialect, path: ToolPath, move: int) -> Called | None:
+def called(dialect: Dialect, path: ToolPath, move: int) -> CalledOffset | None:
     """Returns the tool offset called when that move is made; None before any T word."""
     word, offset = int(path.tool[move]), int(path.tool_offset[move])
     if word <= 0:
         return None
     if dialect.offset_in_t and word >= 100:
-        return Called(word % 100 or word // 100)
+        return CalledOffset(word % 100 or word // 100)
     if dialect.edge_by_d:
-        return Called(word, edge_called(dialect, path, move) or 1)
-    return Called(offset if offset > 0 else word)
+        return CalledOffset(word, edge_called(dialect, path, move) or 1)
+    return CalledOffset(offset if offset > 0 else word)
 
 
 def edge_called(dialect: Dialect, path: ToolPath, move: int) -> int | None:

@@ -61,8 +61,8 @@ def scores(source: bytes, file: str | None = None) -> Mapping[str, Score]:
     return {name: _score(source, name, found) for name in DIALECTS}
 
 
-def _score(source: bytes, dialect: str, found: list[tuple[int, tuple[str, ...], str]]) -> Score:
-    own = [(count, name) for count, of, name in found if dialect in of]
+def _score(source: bytes, dialect: str, dialects: list[tuple[int, tuple[str, ...], str]]) -> Score:
+    own = [(count, name) for count, of, name in dialects if dialect in of]
     return Score(sum(count for count, _ in own), tuple(name for _, name in own), _strange_words(source, dialect))
 
 

@@ -143,8 +143,8 @@ def stretches(
     yield Stretch(path, done, program.findings, path.findings)
 
 
-def _refuses(found: Finding) -> bool:
-    return found.severity is Severity.ERROR or found.code is Code.NC_UNIT
+def _refuses(finding: Finding) -> bool:
+    return finding.severity is Severity.ERROR or finding.code is Code.NC_UNIT
 
 
 def _lines(source: bytes, dialect: Dialect, file: str | None, unit: Unit | None, size: int) -> Iterator[Lines]:

@@ -236,11 +236,11 @@ class Program:
         )
 
 
-def contradicted(given: Unit | None, stated: tuple[int, bool] | None, file: str | None) -> tuple[Finding, ...]:
+def contradicted(unit: Unit | None, stated: tuple[int, bool] | None, file: str | None) -> tuple[Finding, ...]:
     """Returns NC-UNIT where the block `stated` (from 0) states before any length another unit than the one given."""
-    if given is None or stated is None or stated[1] is (given == "inch"):
+    if unit is None or stated is None or stated[1] is (unit == "inch"):
         return ()
-    message = f"line {stated[0] + 1} states {'inch' if stated[1] else 'mm'}, and the unit was given as {given}"
+    message = f"line {stated[0] + 1} states {'inch' if stated[1] else 'mm'}, and the unit was given as {unit}"
     hint = "leave --unit, in a job programs.unit, out: the program states its unit itself"
     return (Finding(Severity.ERROR, Code.NC_UNIT, message, hint, Place(file, stated[0] + 1, 1)),)
 

@@ -7,22 +7,22 @@ from trueloop.nc.program.program import Unit
 from trueloop.nc.program.tool_path import ToolPath
 
 
-def unit_told(given: Unit | None, stated: tuple[int, bool] | None) -> dict[str, str]:
+def unit_told(unit: Unit | None, stated: tuple[int, bool] | None) -> dict[str, str]:
     """Returns the unit in force at the first length, and its source. stated: the line (from 1) that states it before
     any length, and whether it is the inch. Without either the program has no length that needs one.
     """
     if stated is not None:
         line, inch = stated
         return {"unit": "inch" if inch else "mm", "stated_by": f"the program, line {line}"}
-    if given is not None:
-        return {"unit": given, "stated_by": "--unit or programs.unit"}
+    if unit is not None:
+        return {"unit": unit, "stated_by": "--unit or programs.unit"}
     return {"unit": "none", "stated_by": "nothing: it has no length"}
 
 
-def unit_of_path(given: Unit | None, path: ToolPath) -> dict[str, str]:
+def unit_of_path(unit: Unit | None, path: ToolPath) -> dict[str, str]:
     """Returns the unit at the first length, and its source, of a program that was run."""
     stated = path.unit_stated
-    return unit_told(given, None if stated is None else (stated[0] + 1, stated[1]))
+    return unit_told(unit, None if stated is None else (stated[0] + 1, stated[1]))
 
 
 def recorded_program(file: str, dialect: str, sha256: str, unit: dict[str, str]) -> Program:

@@ -42,9 +42,9 @@ def device_name(device: str, say: Texts = ENGLISH) -> str:
     return {"machine": say("machine’s probe"), "CMM": say("CMM or gauge")}.get(device, device)
 
 
-def error_name(one: FeatureErrorShape | FeatureMeansShape | UnexplainedShape, say: Texts = ENGLISH) -> str:
+def error_name(error: FeatureErrorShape | FeatureMeansShape | UnexplainedShape, say: Texts = ENGLISH) -> str:
     """Names the feature of an error, or both of a length, as plain text."""
-    return f"{one.feature} − {one.other}" if one.other else one.feature
+    return f"{error.feature} − {error.other}" if error.other else error.feature
 
 
 def share(probability: float, say: Texts = ENGLISH) -> str:
@@ -253,11 +253,11 @@ def source(section: str) -> str:
     return f"[4773 §{section}]" if section[:1].isdigit() else section
 
 
-def _size(one: CandidateShape, say: Texts) -> str:
-    if one.size_um is None:
+def _size(candidate: CandidateShape, say: Texts) -> str:
+    if candidate.size_um is None:
         return ""
-    u = "" if one.standard_u_um is None else f" ± {say.size(COVERAGE * one.standard_u_um)}"
-    return f"{say.error(one.size_um)}{u} {say.um} (95 %)" if u else f"{say.error(one.size_um)} {say.um}"
+    u = "" if candidate.standard_u_um is None else f" ± {say.size(COVERAGE * candidate.standard_u_um)}"
+    return f"{say.error(candidate.size_um)}{u} {say.um} (95 %)" if u else f"{say.error(candidate.size_um)} {say.um}"
 
 
 def _marked(kind: str, words: Sequence[str], say: Texts) -> str:

@@ -122,15 +122,15 @@ def fixturing_figure(one: FixturingShape, say: Texts = ENGLISH) -> Figure:
     return {"data": data, "layout": layout}
 
 
-def _trend(one: FixturingShape, x: Sequence[float], scale: float) -> list[Trace]:
+def _trend(fixturing: FixturingShape, x: Sequence[float], scale: float) -> list[Trace]:
     """A step as two levels, else a drift as a line through the middle, where they are beyond chance."""
-    if one.step.significant and one.step_after is not None:
-        k, values = one.step_after, one.values_um
+    if fixturing.step.significant and fixturing.step_after is not None:
+        k, values = fixturing.step_after, fixturing.values_um
         before, after = sum(values[:k]) / max(k, 1) * scale, sum(values[k:]) / max(len(values) - k, 1) * scale
         xs: list[float | None] = [0.5, k + 0.5, k + 0.5, len(values) + 0.5]
         return [style.lines(xs, [before, before, after, after], style.SOFT, 2)]
-    if one.drift.significant:
-        half = one.drift.value_um * scale / 2
+    if fixturing.drift.significant:
+        half = fixturing.drift.value_um * scale / 2
         return [style.lines([x[0], x[-1]], [-half, half], style.SOFT, 2)]
     return []
 

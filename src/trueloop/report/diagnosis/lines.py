@@ -33,36 +33,36 @@ FURTHEST: Final = 10
 """Gauging points in a terminal."""
 
 
-def part_lines(found: PartDiagnosisShape) -> Iterator[str]:
+def part_lines(diagnosis: PartDiagnosisShape) -> Iterator[str]:
     """Yields the lines of one part: errors by device, causes, and the gauging points furthest off."""
-    yield f"{found.part_type} {found.part.serial}" + (" (standard part)" if found.part.standard else "")
-    for device, errors in found.part.errors.items():
+    yield f"{diagnosis.part_type} {diagnosis.part.serial}" + (" (standard part)" if diagnosis.part.standard else "")
+    for device, errors in diagnosis.part.errors.items():
         yield f"{device_name(device)}, µm ± standard uncertainty:"
         for one in errors:
             yield f"  {error_name(one)}, {one.kind}: {with_u(one.value_um, one.standard_u_um)} ({one.points} points)"
-    if found.causes is not None:
-        yield from causes_lines(found.causes)
-    if found.points:
+    if diagnosis.causes is not None:
+        yield from causes_lines(diagnosis.causes)
+    if diagnosis.points:
         yield "point: ERROR_PP = ERROR_MTG,RESID + ERROR_PROC,RESID, µm, + is material left on"
-        for at in sorted(found.points, key=lambda each: -abs(each.error_pp_um))[:FURTHEST]:
+        for at in sorted(diagnosis.points, key=lambda each: -abs(each.error_pp_um))[:FURTHEST]:
             three = (at.error_pp_um, at.error_mtg_resid_um, at.error_proc_resid_um)
             yield f"  {at.name}: {' '.join(signed(value) for value in three)}"
 
 
-def series_lines(found: SeriesDiagnosisShape) -> Iterator[str]:
+def series_lines(diagnosis: SeriesDiagnosisShape) -> Iterator[str]:
     """Yields the lines of a series: how many parts, means of the errors, causes."""
-    standards = sum(part.standard for part in found.parts)
-    yield f"{found.part_type}: {len(found.parts) - standards} parts" + (
+    standards = sum(part.standard for part in diagnosis.parts)
+    yield f"{diagnosis.part_type}: {len(diagnosis.parts) - standards} parts" + (
         f", {standards} standard parts" if standards else ""
     )
-    for one in found.means:
+    for one in diagnosis.means:
         three = (("machine", one.machine), ("CMM", one.cmm), ("difference", one.difference))
         seen = "; ".join(f"{name} {mean_with_u(mean)}" for name, mean in three if mean is not None)
         yield f"  {error_name(one)}, {one.kind}: {seen} µm"
-    if found.causes is None:
+    if diagnosis.causes is None:
         yield "nothing is concluded"
     else:
-        yield from causes_lines(found.causes, found.unexplained)
+        yield from causes_lines(diagnosis.causes, diagnosis.unexplained)
 
 
 def causes_lines(causes: CausesShape, unexplained: Sequence[UnexplainedShape] = ()) -> Iterator[str]:
@@ -94,43 +94,43 @@ def _verdict(causes: CausesShape) -> str:
     return f"one of {len(likely)} answers: {said} ({share(CREDIBLE)} together); nothing acts: {share(causes.sound)}"
 
 
-def _cause(one: CandidateShape) -> Iterator[str]:
-    size = "" if one.size_um is None else f", {signed(one.size_um)} µm"
-    if one.size_um is not None and one.standard_u_um is not None:
-        size += f" ± {plain(COVERAGE * one.standard_u_um)} (95 %)"
-    on = f" on {', '.join(one.features)}" if one.features else ""
-    yield f"  {share(one.probability)}  {one.name}{on}{size}"
-    for word in one.supports:
+def _cause(candidate: CandidateShape) -> Iterator[str]:
+    size = "" if candidate.size_um is None else f", {signed(candidate.size_um)} µm"
+    if candidate.size_um is not None and candidate.standard_u_um is not None:
+        size += f" ± {plain(COVERAGE * candidate.standard_u_um)} (95 %)"
+    on = f" on {', '.join(candidate.features)}" if candidate.features else ""
+    yield f"  {share(candidate.probability)}  {candidate.name}{on}{size}"
+    for word in candidate.supports:
         yield f"      + {word}"
-    for word in one.contradicts:
+    for word in candidate.contradicts:
         yield f"      − {word}"
-    yield f"      remedy: {one.remedy} {source(one.section)}".rstrip()
+    yield f"      remedy: {candidate.remedy} {source(candidate.section)}".rstrip()
 
 
-def fixture_lines(found: FixtureDiagnosisShape) -> Iterator[str]:
+def fixture_lines(diagnosis: FixtureDiagnosisShape) -> Iterator[str]:
     """Yields each fixturing: spread, drift and step with their bands of 95 %, * where beyond chance."""
-    for one in found.fixturings:
+    for one in diagnosis.fixturings:
         three = (("spread", one.spread), ("drift", one.drift), ("step", one.step))
         said = ", ".join(_judged(name, judged) for name, judged in three)
         at = f" after repeat {one.step_after}" if one.step.significant and one.step_after is not None else ""
         verdict = "stable" if one.stable else "UNSTABLE"
         yield f"{one.name}: {verdict}; {len(one.values_um)} repeats, µm: {said}{at}"
-    if any(not one.stable for one in found.fixturings):
+    if any(not one.stable for one in diagnosis.fixturings):
         yield "nothing else is concluded while a fixturing is unstable [NISTIR 4773 §4.1]"
 
 
-def _judged(name: str, one: JudgedShape) -> str:
-    value = plain(one.value_um) if name == "spread" else signed(one.value_um)
-    return f"{name} {value} ± {plain(COVERAGE * one.standard_u_um)}{'*' if one.significant else ''}"
+def _judged(name: str, judged: JudgedShape) -> str:
+    value = plain(judged.value_um) if name == "spread" else signed(judged.value_um)
+    return f"{name} {value} ± {plain(COVERAGE * judged.standard_u_um)}{'*' if judged.significant else ''}"
 
 
-def machine_lines(found: MachineDiagnosisShape) -> Iterator[str]:
+def machine_lines(diagnosis: MachineDiagnosisShape) -> Iterator[str]:
     """Sets of axis errors that the model may have wrong, with what would divide them; refinement."""
-    yield f"{found.machine}, model {found.model}: {found.points} gauging points of {found.parts} parts"
-    if not found.sets:
-        sure = "sound" if found.sound >= SURE else "probably sound"
-        yield f"{sure}: the model has nothing wrong that these parts could show, probability {share(found.sound)}"
-    for one in found.sets:
+    yield f"{diagnosis.machine}, model {diagnosis.model}: {diagnosis.points} gauging points of {diagnosis.parts} parts"
+    if not diagnosis.sets:
+        sure = "sound" if diagnosis.sound >= SURE else "probably sound"
+        yield f"{sure}: the model has nothing wrong that these parts could show, probability {share(diagnosis.sound)}"
+    for one in diagnosis.sets:
         several = f"{one.at_least} of " if len(one.errors) > 1 else ""
         named = ", ".join(
             f"{each.error} ({f'with {each.follows}, ' if each.follows else ''}{share(each.probability)})"
@@ -139,9 +139,9 @@ def machine_lines(found: MachineDiagnosisShape) -> Iterator[str]:
         yield f"  {share(one.probability)}  {several}{named}"
         for word in one.separated_by:
             yield f"      told apart by: {word}"
-    if found.frames is not None:
-        yield str(found.frames)
-    refined = found.refinement
+    if diagnosis.frames is not None:
+        yield str(diagnosis.frames)
+    refined = diagnosis.refinement
     if refined is not None:
         state = f"accepted {refined.accepted}" if refined.accepted else "offered, not in force"
         yield f"refined model, version {refined.version} ({state}); ERROR_MTG,RESID, µm RMS:"

@@ -167,12 +167,16 @@ def refinement_shape(refined: Refined, version: Version) -> RefinementShape:
     )
 
 
-def _left_out(of: Literal["parts", "part types"], one: LeftOut) -> LeftOutShape:
-    before_um, after_um, u_um = (um(value) for value in (one.rms_old_mm, one.rms_new_mm, one.u_better_mm))
-    return LeftOutShape.from_values(one, of=of, before_um=before_um, after_um=after_um, standard_u_um=u_um)
+def _left_out(of: Literal["parts", "part types"], left_out: LeftOut) -> LeftOutShape:
+    before_um, after_um, u_um = (
+        um(value) for value in (left_out.rms_old_mm, left_out.rms_new_mm, left_out.u_better_mm)
+    )
+    return LeftOutShape.from_values(left_out, of=of, before_um=before_um, after_um=after_um, standard_u_um=u_um)
 
 
-def _change(one: Change) -> ChangeShape:
-    scale = URAD_PER_RAD if one.error.is_rotation else UM_PER_MM
-    old, new, u = (round(value * scale, 4) + 0.0 for value in (one.old, one.new, one.u))
-    return ChangeShape.from_values(one, error=str(one.error), unit=one.error.unit, old=old, new=new, standard_u=u)
+def _change(change: Change) -> ChangeShape:
+    scale = URAD_PER_RAD if change.error.is_rotation else UM_PER_MM
+    old, new, u = (round(value * scale, 4) + 0.0 for value in (change.old, change.new, change.u))
+    return ChangeShape.from_values(
+        change, error=str(change.error), unit=change.error.unit, old=old, new=new, standard_u=u
+    )

@@ -23,55 +23,55 @@ BINS: Final = 9
 SPEAKS: Final = 200
 
 
-def residual_figures(found: MachineDiagnosisShape, say: Texts = ENGLISH) -> dict[str, Figure]:
+def residual_figures(diagnosis: MachineDiagnosisShape, say: Texts = ENGLISH) -> dict[str, Figure]:
     """Draws residuals over each axis, less the mean of their part and by colder and warmer halves; over each
     temperature unchanged. By name; what does not vary has none.
     """
-    if not found.residuals:
+    if not diagnosis.residuals:
         return {}
-    warm = warmer(found)
+    warm = warmer(diagnosis)
     figures = {}
-    for axis in found.residuals[0].position_mm:
-        at = np.array([one.position_mm.get(axis, np.nan) for one in found.residuals]) * say.per_mm
+    for axis in diagnosis.residuals[0].position_mm:
+        at = np.array([one.position_mm.get(axis, np.nan) for one in diagnosis.residuals]) * say.per_mm
         if np.ptp(at) > 0.0:
             name = say("position of {axis} ({mm})", axis=style.label(axis))
-            figures[name] = _scatter(name, at, without_set_up(found), warm, found, say)
-    for signal, values in found.temperatures.items():
+            figures[name] = _scatter(name, at, without_set_up(diagnosis), warm, diagnosis, say)
+    for signal, values in diagnosis.temperatures.items():
         at = np.array(values)
         if np.ptp(at) > 0.0:
             name = say("temperature {signal} (°C)", signal=style.label(signal))
-            as_found = np.array([one.residual_um for one in found.residuals])
-            figures[name] = _scatter(name, at, as_found, None, found, say)
+            as_found = np.array([one.residual_um for one in diagnosis.residuals])
+            figures[name] = _scatter(name, at, as_found, None, diagnosis, say)
     return figures
 
 
-def signal_of(found: MachineDiagnosisShape) -> str | None:
+def signal_of(diagnosis: MachineDiagnosisShape) -> str | None:
     """Returns the temperature that the likeliest errors follow, else the one that varies most; None: none varies."""
-    varying = {name: float(np.ptp(at)) for name, at in found.temperatures.items() if at and np.ptp(at) > 0.0}
-    named = [error.follows for one in found.sets for error in one.errors if error.follows in varying]
+    varying = {name: float(np.ptp(at)) for name, at in diagnosis.temperatures.items() if at and np.ptp(at) > 0.0}
+    named = [error.follows for one in diagnosis.sets for error in one.errors if error.follows in varying]
     return named[0] if named else max(varying, key=lambda name: varying[name], default=None)
 
 
-def warmer(found: MachineDiagnosisShape) -> NDArray[np.bool_] | None:
+def warmer(diagnosis: MachineDiagnosisShape) -> NDArray[np.bool_] | None:
     """Returns which points are of the warmer half; None where no temperature varies."""
-    signal = signal_of(found)
+    signal = signal_of(diagnosis)
     if signal is None:
         return None
-    at = np.array(found.temperatures[signal])
+    at = np.array(diagnosis.temperatures[signal])
     half: NDArray[np.bool_] = at > np.median(at)
     return half
 
 
-def without_set_up(found: MachineDiagnosisShape) -> Array:
+def without_set_up(diagnosis: MachineDiagnosisShape) -> Array:
     """Residuals less the mean of their part, µm."""
     by_part: dict[str, list[float]] = defaultdict(list)
-    for one in found.residuals:
+    for one in diagnosis.residuals:
         by_part[one.part].append(one.residual_um)
-    return np.array([one.residual_um - float(np.mean(by_part[one.part])) for one in found.residuals])
+    return np.array([one.residual_um - float(np.mean(by_part[one.part])) for one in diagnosis.residuals])
 
 
 def _scatter(
-    name: str, at: Array, values_um: Array, warm: NDArray[np.bool_] | None, found: MachineDiagnosisShape, say: Texts
+    name: str, at: Array, values_um: Array, warm: NDArray[np.bool_] | None, diagnosis: MachineDiagnosisShape, say: Texts
 ) -> Figure:
     values = values_um * say.per_um
     every = np.arange(len(at)) % max(1, -(-len(at) // POINTS)) == 0
@@ -79,7 +79,7 @@ def _scatter(
     groups = {style.SOFT: np.ones(len(at), dtype=bool)} if warm is None else {style.TAKEN: ~warm, style.LEFT_ON: warm}
     for colour, rows in groups.items():
         shown = np.flatnonzero(rows & every)
-        says = [_hover(found.residuals[k].part, values_um[k], say) if len(at) <= SPEAKS else "" for k in shown]
+        says = [_hover(diagnosis.residuals[k].part, values_um[k], say) if len(at) <= SPEAKS else "" for k in shown]
         marks.append(
             style.dots(at[shown].tolist(), values[shown].tolist(), says, color=colour, size=3) | {"opacity": 0.5}
         )
@@ -118,14 +118,14 @@ def left_out_name(one: LeftOutShape, say: Texts = ENGLISH) -> str:
     return say("parts, in {n} groups", n=one.groups) if one.of == "parts" else say("part types, {n}", n=one.groups)
 
 
-def left_out_figure(one: RefinementShape, say: Texts = ENGLISH) -> Figure:
+def left_out_figure(refinement: RefinementShape, say: Texts = ENGLISH) -> Figure:
     """Draws for parts and part types left out a line from what the model leaves (○) to that of the refined one (●)."""
-    row = [float(len(one.left_out) - k) for k in range(len(one.left_out))]
-    before = [left.before_um * say.per_um for left in one.left_out]
-    after = [left.after_um * say.per_um for left in one.left_out]
+    row = [float(len(refinement.left_out) - k) for k in range(len(refinement.left_out))]
+    before = [left.before_um * say.per_um for left in refinement.left_out]
+    after = [left.after_um * say.per_um for left in refinement.left_out]
     colours = [style.AFTER if b <= a else style.OUT for a, b in zip(before, after, strict=True)]
     data = [style.lines([a, b], [y, y], c, 2) for a, b, y, c in zip(before, after, row, colours, strict=True)]
-    says = [f"{say.size(left.before_um, 2)} → {say.size(left.after_um, 2)} {say.um}" for left in one.left_out]
+    says = [f"{say.size(left.before_um, 2)} → {say.size(left.after_um, 2)} {say.um}" for left in refinement.left_out]
     data.append(style.dots(list(before), row, [""] * len(row), color=style.SOFT, symbol="circle-open", size=8))
     data.append(style.dots(list(after), row, says, color=colours, size=8))
     layout = style.layout(
@@ -140,7 +140,7 @@ def left_out_figure(one: RefinementShape, say: Texts = ENGLISH) -> Figure:
             0.4,
             len(row) + 0.6,
             tickvals=row,
-            ticktext=[left_out_name(left, say) for left in one.left_out],
+            ticktext=[left_out_name(left, say) for left in refinement.left_out],
             gridcolor=style.PALE_STEEL,
         ),
         separators=say.separators,
@@ -171,86 +171,86 @@ def machine_page(found: MachineDiagnosisShape, say: Texts = ENGLISH) -> str:
     return html_page(f"{esc(found.machine)} – {say('diagnosis')}", body, language=say.language)
 
 
-def _verdict(found: MachineDiagnosisShape, say: Texts) -> str:
+def _verdict(diagnosis: MachineDiagnosisShape, say: Texts) -> str:
     """Sound as clearly as guilty, and never one name out of a set."""
-    if not found.residuals:
+    if not diagnosis.residuals:
         words = say("Nothing is concluded; the findings say why.")
-    elif not found.sets and found.sound >= SURE:
+    elif not diagnosis.sets and diagnosis.sound >= SURE:
         words = say(
             "<strong>Sound</strong>: the model has nothing wrong that {parts} parts could show. Probability {share}.",
-            parts=found.parts,
-            share=share(found.sound, say),
+            parts=diagnosis.parts,
+            share=share(diagnosis.sound, say),
         )
-    elif not found.sets:
+    elif not diagnosis.sets:
         words = say(
             "<strong>Probably sound</strong>: nothing wrong is likelier than not. Probability {share}.",
-            share=share(found.sound, say),
+            share=share(diagnosis.sound, say),
         )
     else:
-        named = "; ".join(_one_of(one, say) for one in found.sets)
+        named = "; ".join(_one_of(one, say) for one in diagnosis.sets)
         words = say(
             "<strong>The model has wrong</strong>: {errors}. Probability that nothing is wrong: {share}.",
             errors=named,
-            share=share(found.sound, say),
+            share=share(diagnosis.sound, say),
         )
     return f'<p class="verdict">{words}</p>'
 
 
-def _frames(found: MachineDiagnosisShape, say: Texts) -> str:
+def _frames(diagnosis: MachineDiagnosisShape, say: Texts) -> str:
     """How the part frames of both devices lie to each other."""
-    if found.frames is None:
+    if diagnosis.frames is None:
         return ""
     return section(
-        "frames", say("Part frames of machine and measuring machine"), f"<p>{escaped([found.frames], say)[0]}</p>"
+        "frames", say("Part frames of machine and measuring machine"), f"<p>{escaped([diagnosis.frames], say)[0]}</p>"
     )
 
 
-def _one_of(one: TermSetShape, say: Texts) -> str:
+def _one_of(terms: TermSetShape, say: Texts) -> str:
     """The only name of a set, or all of them."""
-    names = [esc(each.error) for each in one.errors]
+    names = [esc(each.error) for each in terms.errors]
     if len(names) == 1:
         return names[0]
-    if one.at_least > 1:
+    if terms.at_least > 1:
         return say(
-            "at least {n} of {names}, which these data do not tell apart", n=one.at_least, names=", ".join(names)
+            "at least {n} of {names}, which these data do not tell apart", n=terms.at_least, names=", ".join(names)
         )
     return say("one of {names}, which these data do not tell apart", names=", ".join(names))
 
 
-def _sets(found: MachineDiagnosisShape, say: Texts) -> str:
+def _sets(diagnosis: MachineDiagnosisShape, say: Texts) -> str:
     by_error = [
         (esc(name), share(probability, say), bar(probability, share(probability)))
-        for name, probability in list(found.by_error.items())[:SETS]
+        for name, probability in list(diagnosis.by_error.items())[:SETS]
     ]
-    if not found.sets and not by_error:
+    if not diagnosis.sets and not by_error:
         return ""
     note = say(
         "Errors of one set cannot be told apart with these parts: its probability is that the wrong one is among them. "
         "Names and signs are those of ISO 230-1. Single points scatter by {scatter} {um}.",
-        scatter=say.size(found.scatter_um),
+        scatter=say.size(diagnosis.scatter_um),
     )
     each = table((say("axis error"), say("probability that it is wrong"), ""), by_error, words=(0, 2))
     return section(
         "sets",
         say("What the model has wrong"),
-        *(_card(one, say) for one in found.sets),
+        *(_card(one, say) for one in diagnosis.sets),
         f"<p class='note'>{note}</p>",
         f"<h3>{say('Each error by itself')}</h3>{each}" if by_error else "",
     )
 
 
-def _card(one: TermSetShape, say: Texts) -> str:
-    said = share(one.probability, say)
-    names = " · ".join(esc(each.error) for each in one.errors)
+def _card(terms: TermSetShape, say: Texts) -> str:
+    said = share(terms.probability, say)
+    names = " · ".join(esc(each.error) for each in terms.errors)
     listed = "".join(
         f"<li>{esc(each.error)} {_follows(each.follows, say)}: {share(each.probability, say)}</li>"
-        for each in one.errors
+        for each in terms.errors
     )
     rows = [(say("each"), f"<ul>{listed}</ul>")]
-    if one.separated_by:
-        rows.append((say("told apart by"), items(escaped(one.separated_by, say))))
+    if terms.separated_by:
+        rows.append((say("told apart by"), items(escaped(terms.separated_by, say))))
     return (
-        f'<div class="cause"><h3>{names}<span>{said}</span></h3>{bar(one.probability, said)}'
+        f'<div class="cause"><h3>{names}<span>{said}</span></h3>{bar(terms.probability, said)}'
         f"<dl>{''.join(f'<dt>{name}</dt><dd>{text}</dd>' for name, text in rows)}</dl></div>"
     )
 
@@ -259,18 +259,18 @@ def _follows(signal: str, say: Texts) -> str:
     return say("with {signal}", signal=esc(signal)) if signal else say("at all times")
 
 
-def _residuals(found: MachineDiagnosisShape, say: Texts) -> str:
-    if not found.residuals:
+def _residuals(diagnosis: MachineDiagnosisShape, say: Texts) -> str:
+    if not diagnosis.residuals:
         return ""
     blocks = "".join(
         figure_block(f"residuals-{k + 1}", figure, f"<b>{esc(name)}</b>", small=True)
-        for k, (name, figure) in enumerate(residual_figures(found, say).items())
+        for k, (name, figure) in enumerate(residual_figures(diagnosis, say).items())
     )
     note = say(
         "ERROR_MTG,RESID at every gauging point, along the outward normal, + where material is left on. Over a "
         "position: less the mean of its part, because every part may be set up elsewhere; blue the colder half, red "
         "the warmer half of the points by {signal}. Over a temperature: as found. Lines: means of neighbours.",
-        signal=esc(signal_of(found) or "–"),
+        signal=esc(signal_of(diagnosis) or "–"),
     )
     return section(
         "residuals",
@@ -319,11 +319,11 @@ def _refinement(one: RefinementShape | None, say: Texts) -> str:
     )
 
 
-def _changes(one: RefinementShape, say: Texts) -> str:
+def _changes(refinement: RefinementShape, say: Texts) -> str:
     """Returns the table of the largest changes (HTML)."""
-    if not one.changes:
+    if not refinement.changes:
         return ""
-    largest = sorted(one.changes, key=lambda each: -abs(each.new - each.old))[:CHANGES]
+    largest = sorted(refinement.changes, key=lambda each: -abs(each.new - each.old))[:CHANGES]
     head = (say("axis error"), say("position"), say("temperatures"), say("was"), say("becomes"), say("unit"))
     rows = [
         (
@@ -339,12 +339,12 @@ def _changes(one: RefinementShape, say: Texts) -> str:
     return f"<h3>{say('What it says otherwise')}</h3>" + table(head, rows, words=(0, 2, 5), stacks=True)
 
 
-def _own_way(found: MachineDiagnosisShape, say: Texts) -> str:
-    if not found.own_way:
+def _own_way(diagnosis: MachineDiagnosisShape, say: Texts) -> str:
+    if not diagnosis.own_way:
         return ""
     rows = [
         (str(k + 1), esc(one.error), esc(one.signal), say.number(one.correlation, 2))
-        for k, one in enumerate(found.own_way)
+        for k, one in enumerate(diagnosis.own_way)
     ]
     note = say(
         "For comparison: the largest correlation first, then the largest of what it leaves, and so on [4773 §3.3]. It "

@@ -91,8 +91,8 @@ def _row(of_it: dict[str, FeatureErrorShape], say: Texts) -> tuple[str, ...]:
     )
 
 
-def _value(one: FeatureErrorShape | None, say: Texts) -> str:
-    return "–" if one is None else with_u(one.value_um, one.standard_u_um, say)
+def _value(feature_error: FeatureErrorShape | None, say: Texts) -> str:
+    return "–" if feature_error is None else with_u(feature_error.value_um, feature_error.standard_u_um, say)
 
 
 def _difference(machine: FeatureErrorShape | None, cmm: FeatureErrorShape | None, say: Texts) -> str:
@@ -175,11 +175,11 @@ def frame_note(frame: FrameShape | None, say: Texts) -> str:
     return f"<p>{said}</p>"
 
 
-def fixture_page(found: FixtureDiagnosisShape, say: Texts = ENGLISH) -> str:
+def fixture_page(diagnosis: FixtureDiagnosisShape, say: Texts = ENGLISH) -> str:
     """Writes the page as HTML in one file."""
     figures = "".join(
         figure_block(f"fixturing-{k + 1}", fixturing_figure(one, say), f"<b>{esc(one.name)}</b>", small=True)
-        for k, one in enumerate(found.fixturings)
+        for k, one in enumerate(diagnosis.fixturings)
     )
     how = say(
         "Repeats at one point, each less their mean, with bars of 95 %; dashed: what they may vary by; grey: a drift "
@@ -187,26 +187,26 @@ def fixture_page(found: FixtureDiagnosisShape, say: Texts = ENGLISH) -> str:
     )
     drawn = (
         (
-            _table(found, say),
+            _table(diagnosis, say),
             f"<p class='note'>{how}</p>",
             on_screen(say),
             f'<div class="figures pairs">{figures}</div>',
         )
-        if found.fixturings
+        if diagnosis.fixturings
         else (f"<p>{say('No repeats are known.')}</p>",)
     )
     body = (
-        f'<header><p class="kicker">{say("trueloop · fixturing")}</p><h1>{esc(found.machine)}</h1>'
-        f"{_verdict(found, say)}</header>"
+        f'<header><p class="kicker">{say("trueloop · fixturing")}</p><h1>{esc(diagnosis.machine)}</h1>'
+        f"{_verdict(diagnosis, say)}</header>"
         + section("repeats", say("Repeats"), *drawn)
-        + findings_section(found.findings, say)
+        + findings_section(diagnosis.findings, say)
     )
-    return html_page(f"{esc(found.machine)} – {say('fixturing')}", body, language=say.language)
+    return html_page(f"{esc(diagnosis.machine)} – {say('fixturing')}", body, language=say.language)
 
 
-def _verdict(found: FixtureDiagnosisShape, say: Texts) -> str:
-    unstable = [one.name for one in found.fixturings if not one.stable]
-    if not found.fixturings:
+def _verdict(diagnosis: FixtureDiagnosisShape, say: Texts) -> str:
+    unstable = [one.name for one in diagnosis.fixturings if not one.stable]
+    if not diagnosis.fixturings:
         words = say("Nothing is concluded; the findings say why.")
     elif unstable:
         words = say(
@@ -216,12 +216,12 @@ def _verdict(found: FixtureDiagnosisShape, say: Texts) -> str:
     else:
         words = say(
             "<strong>Stable</strong>: {names}. Repeats vary by no more than chance and limits allow.",
-            names=esc(", ".join(one.name for one in found.fixturings)),
+            names=esc(", ".join(one.name for one in diagnosis.fixturings)),
         )
     return f'<p class="verdict">{words}</p>'
 
 
-def _table(found: FixtureDiagnosisShape, say: Texts) -> str:
+def _table(diagnosis: FixtureDiagnosisShape, say: Texts) -> str:
     head = (
         say("fixturing"), say("repeats"), say("spread ({um})"), say("drift ({um})"), say("step ({um})"),
         say("limit ({um})"), say("verdict"),
@@ -236,22 +236,22 @@ def _table(found: FixtureDiagnosisShape, say: Texts) -> str:
             "–" if one.limit_um is None else say.size(one.limit_um),
             f"✓ {say('stable')}" if one.stable else f"<strong>✗ {say('unstable')}</strong>",
         )
-        for one in found.fixturings
+        for one in diagnosis.fixturings
     ]
     note = say("± 95 %; bold: beyond what chance explains.")
     return table(head, rows, words=(0, 6), name="fixturings", stacks=True) + f"<p class='note'>{note}</p>"
 
 
-def _judged(one: JudgedShape, say: Texts, *, signed: bool = True) -> str:
-    value = say.error(one.value_um) if signed else say.size(one.value_um)
-    text = f"{value} ± {say.size(COVERAGE * one.standard_u_um)}"
-    return f"<strong>{text}</strong>" if one.significant else text
+def _judged(judged: JudgedShape, say: Texts, *, signed: bool = True) -> str:
+    value = say.error(judged.value_um) if signed else say.size(judged.value_um)
+    text = f"{value} ± {say.size(COVERAGE * judged.standard_u_um)}"
+    return f"<strong>{text}</strong>" if judged.significant else text
 
 
-def _where(one: FixturingShape, say: Texts) -> str:
-    if one.step_after is None or not one.step.significant:
+def _where(fixturing: FixturingShape, say: Texts) -> str:
+    if fixturing.step_after is None or not fixturing.step.significant:
         return ""
-    return "<br>" + say("after repeat {n}", n=one.step_after)
+    return "<br>" + say("after repeat {n}", n=fixturing.step_after)
 
 
 def series_page(series: SeriesDiagnosisShape, say: Texts = ENGLISH) -> str:
@@ -352,8 +352,8 @@ def means_table(means: Sequence[FeatureMeansShape], say: Texts) -> str:
     return table(head, rows, words=(0, 1), name="errors-table", stacks=True)
 
 
-def _scatter(one: FeatureMeansShape, say: Texts) -> str:
-    known = [mean.scatter_um for mean in (one.machine, one.cmm) if mean is not None and mean.scatter_um is not None]
+def _scatter(means: FeatureMeansShape, say: Texts) -> str:
+    known = [mean.scatter_um for mean in (means.machine, means.cmm) if mean is not None and mean.scatter_um is not None]
     return " / ".join(say.size(value) for value in known) or "–"
 
 
@@ -370,15 +370,15 @@ def _figures(series: SeriesDiagnosisShape, say: Texts) -> tuple[str, int]:
     return "".join(done), len(series.means) - len(done)
 
 
-def _surprise(one: FeatureMeansShape) -> float:
-    return max(map(_ratio, (one.machine, one.cmm, one.difference)))
+def _surprise(means: FeatureMeansShape) -> float:
+    return max(map(_ratio, (means.machine, means.cmm, means.difference)))
 
 
 def _ratio(mean: MeanShape | None) -> float:
     return 0.0 if mean is None else abs(mean.mean_um) / max(mean.standard_u_um or 1.0, 0.1)
 
 
-def _caption(series: SeriesDiagnosisShape, one: FeatureMeansShape, say: Texts) -> str:
+def _caption(series: SeriesDiagnosisShape, means: FeatureMeansShape, say: Texts) -> str:
     parts = sum(not part.standard for part in series.parts)
     more = say(", the latest {shown} of {all} parts", shown=SHOWN, all=parts) if parts > SHOWN else ""
-    return f"<b>{esc(error_name(one))}</b>, {kind_name(one.kind, say)}{more}"
+    return f"<b>{esc(error_name(means))}</b>, {kind_name(means.kind, say)}{more}"

@@ -50,15 +50,15 @@ def acting(feature: str, causes: CausesShape) -> float:
     return sum(one.probability for one in causes.hypotheses if on & set(one.causes))
 
 
-def _of(one: FeatureMeansShape) -> Iterator[UnexplainedShape]:
+def _of(means: FeatureMeansShape) -> Iterator[UnexplainedShape]:
     """Of one error at most one for each device: its mean, else its scatter."""
-    for device, mean in (("machine", one.machine), ("CMM", one.cmm)):
-        if mean is not None and (shown := _beyond(one, device, mean)) is not None:
+    for device, mean in (("machine", means.machine), ("CMM", means.cmm)):
+        if mean is not None and (shown := _beyond(means, device, mean)) is not None:
             yield shown
 
 
-def _beyond(one: FeatureMeansShape, device: str, mean: MeanShape) -> UnexplainedShape | None:
-    known = {"feature": one.feature, "other": one.other, "kind": one.kind, "device": device}
+def _beyond(means: FeatureMeansShape, device: str, mean: MeanShape) -> UnexplainedShape | None:
+    known = {"feature": means.feature, "other": means.other, "kind": means.kind, "device": device}
     if mean.standard_u_um is not None and abs(mean.mean_um) > MEAN * mean.standard_u_um > 0.0:
         return UnexplainedShape(**known, shows="mean", size_um=mean.mean_um, standard_u_um=mean.standard_u_um)
     scatter, u = mean.scatter_um, mean.one_part_u_um
@@ -74,7 +74,7 @@ Key = tuple[str, str, str]
 def part_shape(
     part_type: str,
     part: SeenPart,
-    found: Diagnosis | None = None,
+    diagnosis: Diagnosis | None = None,
     findings: Sequence[Finding] = (),
     *,
     points: Sequence[str] = (),
@@ -85,7 +85,7 @@ def part_shape(
     return PartDiagnosisShape(
         part_type=part_type,
         part=seen_part(part, None),
-        causes=None if found is None else causes_shape(found),
+        causes=None if diagnosis is None else causes_shape(diagnosis),
         frame=None if frame is None else frame_shape(frame),
         points=[] if components is None else [point_shape(name, components, k) for k, name in enumerate(points)],
         findings=findings_shape(findings),
@@ -93,11 +93,11 @@ def part_shape(
 
 
 def series_shape(
-    part_type: str, series: SeenSeries, found: Diagnosis | None, findings: Sequence[Finding] = ()
+    part_type: str, series: SeenSeries, diagnosis: Diagnosis | None, findings: Sequence[Finding] = ()
 ) -> SeriesDiagnosisShape:
     """Parts of one type; no diagnosis where nothing is concluded."""
     before = (None, *series.parts)
-    means, causes = means_of(series.parts), None if found is None else causes_shape(found)
+    means, causes = means_of(series.parts), None if diagnosis is None else causes_shape(diagnosis)
     return SeriesDiagnosisShape(
         part_type=part_type,
         causes=causes,
@@ -120,9 +120,9 @@ def seen_part(part: SeenPart, last: SeenPart | None) -> SeenPartShape:
     )
 
 
-def _feature_error(one: FeatureError) -> FeatureErrorShape:
-    more = {name: value for name, value in one.more.items() if math.isfinite(value)}
-    return FeatureErrorShape.from_values(one, more=more)
+def _feature_error(error: FeatureError) -> FeatureErrorShape:
+    more = {name: value for name, value in error.more.items() if math.isfinite(value)}
+    return FeatureErrorShape.from_values(error, more=more)
 
 
 def means_of(parts: Sequence[SeenPart]) -> list[FeatureMeansShape]:
@@ -192,13 +192,13 @@ def _point(
     )
 
 
-def _mean(seen: Sequence[tuple[float, float]]) -> MeanShape | None:
+def _mean(means: Sequence[tuple[float, float]]) -> MeanShape | None:
     """Of values with their standard uncertainties: no less than the parts scatter by, over the root of their number."""
-    if not seen:
+    if not means:
         return None
-    values = [value for value, _ in seen]
+    values = [value for value, _ in means]
     scatter = stdev(values) if len(values) > 1 else None
-    one_part = math.sqrt(fmean(u**2 for _, u in seen))
+    one_part = math.sqrt(fmean(u**2 for _, u in means))
     u = max(one_part, scatter or 0.0) / math.sqrt(len(values))
     return MeanShape(
         parts=len(values),
@@ -209,12 +209,12 @@ def _mean(seen: Sequence[tuple[float, float]]) -> MeanShape | None:
     )
 
 
-def causes_shape(found: Diagnosis) -> CausesShape:
+def causes_shape(diagnosis: Diagnosis) -> CausesShape:
     """Returns the shape of the causes that act."""
     return CausesShape.from_values(
-        found,
-        candidates=[CandidateShape.from_values(one, one.cause) for one in found.candidates],
-        hypotheses=[HypothesisShape(causes=list(keys), probability=share) for keys, share in found.hypotheses],
+        diagnosis,
+        candidates=[CandidateShape.from_values(one, one.cause) for one in diagnosis.candidates],
+        hypotheses=[HypothesisShape(causes=list(keys), probability=share) for keys, share in diagnosis.hypotheses],
     )
 
 

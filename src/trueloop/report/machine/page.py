@@ -75,7 +75,7 @@ def term_figure(curve: TermCurve) -> Figure:
     return {"data": traces, "layout": layout(WIDTH, 300, **axes)}
 
 
-def residual_figure(found: Identification, readings: Observations) -> Figure:
+def residual_figure(identification: Identification, readings: Observations) -> Figure:
     """Residuals in order, µm or µrad.
 
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
@@ -84,10 +84,10 @@ def residual_figure(found: Identification, readings: Observations) -> Figure:
     >>> trueloop.residual_figure(found, readings)["layout"]["yaxis"]["title"]["text"]
     'µm or µrad'
     """
-    values = np.where(readings.is_angle, URAD_PER_RAD, UM_PER_MM) * found.residual
+    values = np.where(readings.is_angle, URAD_PER_RAD, UM_PER_MM) * identification.residual
     order = np.arange(1, len(values) + 1)
     traces = []
-    for rows, colour in ((~found.outlier, INK), (found.outlier, LEFT_ON)):
+    for rows, colour in ((~identification.outlier, INK), (identification.outlier, LEFT_ON)):
         hover = [f"{esc(readings.run[k])}, reading {k + 1}: {plain(float(values[k]), 2)}" for k in np.flatnonzero(rows)]
         traces.append(dots(order[rows].tolist(), values[rows].tolist(), hover, color=colour, size=4))
     low, high = padded(values.tolist())

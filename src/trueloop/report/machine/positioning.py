@@ -133,7 +133,7 @@ def positioning_figure(test: Positioning) -> Figure:
     return {"data": traces, "layout": layout(WIDTH, 460, **axes)}
 
 
-def drift_page(name: str, test: DriftTest, found: Sequence[Drift]) -> str:
+def drift_page(name: str, test: DriftTest, drifts: Sequence[Drift]) -> str:
     """Displacements and temperatures over time, and the ranges of ISO 230-3."""
     every = max(1, len(test.time_s) // POINTS)
     moved = {channel: UM_PER_MM * (values - values[0]) for channel, values in test.displacement_mm.items()}
@@ -148,13 +148,13 @@ def drift_page(name: str, test: DriftTest, found: Sequence[Drift]) -> str:
         f"<h1>{esc(name)}</h1><p class='meta'>{len(test.time_s)} rows in "
         f"{(test.time_s[-1] - test.time_s[0]) / 3600:.1f} h; displacements from the start</p></header>"
     )
-    names = ("channel", "range over all (µm)", f"largest within {found[0].window_s / 3600:g} h", "from (h)")
+    names = ("channel", "range over all (µm)", f"largest within {drifts[0].window_s / 3600:g} h", "from (h)")
     rows = [
         (
             esc(d.channel),
             *(plain(v, 2) for v in (UM_PER_MM * d.total_range, UM_PER_MM * d.window_range, d.window_start_s / 3600)),
         )
-        for d in found
+        for d in drifts
     ]
     body = head + section("plots", "Over time", *figures) + section("ranges", "Ranges", table(names, rows))
     return html_page(f"{esc(name)} – ISO 230-3", body)

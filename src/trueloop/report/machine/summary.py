@@ -119,12 +119,14 @@ def fit_summary(
     }
 
 
-def fit_lines(found: Identification, chosen: Sequence[Chosen], held: Sequence[HeldOut], readings: int) -> Iterator[str]:
+def fit_lines(
+    identification: Identification, chosen: Sequence[Chosen], held: Sequence[HeldOut], readings: int
+) -> Iterator[str]:
     """Yields lines of text on a fit, without its findings."""
-    yield f"{len(found.model.terms)} terms from {readings} readings; scatter {found.scatter:.3g}"
+    yield f"{len(identification.model.terms)} terms from {readings} readings; scatter {identification.scatter:.3g}"
     for one in chosen:
         yield f"  {one.error} takes {one.signal}: left out {one.rms_without:.3g} → {one.rms_with:.3g} RMS"
-    for lag in found.model.lags:
+    for lag in identification.model.lags:
         yield f"  {lag_line(lag)}"
     for run in held:
         for unit, left in run.by_unit.items():

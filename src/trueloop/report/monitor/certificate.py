@@ -9,7 +9,7 @@ from pydantic import SkipValidation
 
 from trueloop import __version__
 from trueloop.domain.record import sha256_of
-from trueloop.loops.monitor.certificate import Certificate, Certified, Outcome
+from trueloop.loops.monitor.certificate import Certificate, CertifiedSize, Outcome
 from trueloop.report.markup import esc, fields, html_page, items, section, table
 from trueloop.report.shape import Shape
 from trueloop.report.style import VERDICTS as SIGNS
@@ -120,19 +120,19 @@ def hash_of(shown: CertificateShape) -> str:
     return sha256_of(json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False).encode())
 
 
-def _certified(one: Certified) -> CertifiedShape:
-    asked, by = one.asked, None if one.by is None else one.by.inspection
+def _certified(size: CertifiedSize) -> CertifiedShape:
+    asked, by = size.asked, None if size.by is None else size.by.inspection
     return CertifiedShape.from_values(
-        *(one, asked),
+        *(size, asked),
         characteristic=asked.name,
         unit="deg" if asked.quantity.unit == "deg" else "mm",
         nominal=_round(asked.nominal),
         lower_limit=_round(asked.lower),
         upper_limit=_round(asked.upper),
-        actual=_round(one.actual),
-        expanded_u=_round(one.expanded_u),
-        verdict=None if one.judged is None else one.judged.verdict,
-        certified=one.proven,
+        actual=_round(size.actual),
+        expanded_u=_round(size.expanded_u),
+        verdict=None if size.judged is None else size.judged.verdict,
+        certified=size.proven,
         device="" if by is None else by.device_of(asked.name),
         measured_at=None if by is None else by.measured_at,
         inspection_sha256="" if by is None else by.sha256,
@@ -218,36 +218,36 @@ def _table(shown: CertificateShape, say: Texts) -> str:
     return table(head, rows, words=(0, 5, 6, 7), name="certificate", stacks=True) + f"<p class='note'>{note}</p>"
 
 
-def _row(one: CertifiedShape, say: Texts) -> list[str]:
-    limits = [_size(limit, one, say) if limit is not None else "" for limit in (one.lower_limit, one.upper_limit)]
-    when = "" if one.measured_at is None else f"{one.measured_at:%Y-%m-%d %H:%M}"
-    warm = "" if one.temperature_c is None else f"{say.number(one.temperature_c)} °C"
-    repeats = say("mean of {n}", n=one.repeats) if one.repeats > 1 else ""
-    by = ", ".join(text for text in (esc(one.device), when, warm, repeats) if text)
-    said = [f"<b>{esc(say.note(text))}</b>" for text in one.missing] + [esc(say.note(text)) for text in one.remarks]
+def _row(size: CertifiedShape, say: Texts) -> list[str]:
+    limits = [_size(limit, size, say) if limit is not None else "" for limit in (size.lower_limit, size.upper_limit)]
+    when = "" if size.measured_at is None else f"{size.measured_at:%Y-%m-%d %H:%M}"
+    warm = "" if size.temperature_c is None else f"{say.number(size.temperature_c)} °C"
+    repeats = say("mean of {n}", n=size.repeats) if size.repeats > 1 else ""
+    by = ", ".join(text for text in (esc(size.device), when, warm, repeats) if text)
+    said = [f"<b>{esc(say.note(text))}</b>" for text in size.missing] + [esc(say.note(text)) for text in size.remarks]
     return [
-        esc(one.characteristic),
-        _size(one.nominal, one, say),
+        esc(size.characteristic),
+        _size(size.nominal, size, say),
         " … ".join(limits) if any(limits) else "",
-        _size(one.actual, one, say),
-        _size(one.expanded_u, one, say),
-        _verdict(one, say),
+        _size(size.actual, size, say),
+        _size(size.expanded_u, size, say),
+        _verdict(size, say),
         by,
         "<br>".join(said),
     ]
 
 
-def _size(value: float | None, one: CertifiedShape, say: Texts) -> str:
+def _size(value: float | None, size: CertifiedShape, say: Texts) -> str:
     if value is None:
         return ""
-    return f"{say.number(value, DECIMALS)}°" if one.unit == "deg" else say.mm(value, DECIMALS)
+    return f"{say.number(value, DECIMALS)}°" if size.unit == "deg" else say.mm(value, DECIMALS)
 
 
-def _verdict(one: CertifiedShape, say: Texts) -> str:
-    if one.verdict is None or (one.missing and one.verdict == "in"):
+def _verdict(size: CertifiedShape, say: Texts) -> str:
+    if size.verdict is None or (size.missing and size.verdict == "in"):
         return f'<span class="verdict-undecided">{say("not certified")}</span>'
-    sign = SIGNS[one.verdict][1]
-    return f'<span class="verdict-{one.verdict}">{sign} {esc(say.note(VERDICTS[one.verdict]))}</span>'
+    sign = SIGNS[size.verdict][1]
+    return f'<span class="verdict-{size.verdict}">{sign} {esc(say.note(VERDICTS[size.verdict]))}</span>'
 
 
 def _in_force(shown: CertificateShape, say: Texts) -> str:

@@ -49,22 +49,22 @@ class _Drawn:
         return say("part {serial}: {value} {unit}", serial=style.label(part.serial), value=value, unit=self.unit)
 
 
-def chart_figure(one: CharacteristicChartShape, shown: ChartsShape, say: Texts = ENGLISH) -> Figure:
+def chart_figure(chart: CharacteristicChartShape, shown: ChartsShape, say: Texts = ENGLISH) -> Figure:
     """Draws ● parts, grey those of the baseline; dashed: limits; ▲ alarms; dotted: the tool was set.
 
     CUSUM downwards is plotted below zero. Colours are those of Okabe and Ito; shapes say the same.
     """
     um = shown.unit == "um"
-    first = max(0, len(one.parts) - SHOWN)
-    drawn = _Drawn(one, say.um if um else "σ", say.per_um if um else 1.0, first, say)
+    first = max(0, len(chart.parts) - SHOWN)
+    drawn = _Drawn(chart, say.um if um else "σ", say.per_um if um else 1.0, first, say)
     data: list[Trace] = []
     layout: dict[str, Any] = {
-        "xaxis": style.axis(say("part"), first + 0.4, len(one.parts) + 0.6, **_serials(one, first))
+        "xaxis": style.axis(say("part"), first + 0.4, len(chart.parts) + 0.6, **_serials(chart, first))
     }
     for axis, (name, domain) in PANELS.items():
-        traces = [trace for segment in one.segments for trace in _panel(drawn, segment, name)]
+        traces = [trace for segment in chart.segments for trace in _panel(drawn, segment, name)]
         ends = style.padded([y for trace in traces for y in trace["y"] if y is not None], 0.08, 1e-3)
-        traces = [*_tool_set(one, first, ends), *traces]
+        traces = [*_tool_set(chart, first, ends), *traces]
         data += [trace | ({} if axis == "y" else {"yaxis": axis}) for trace in traces]
         title = f"{_title(name, say)} ({drawn.unit})"
         layout[axis.replace("y", "yaxis")] = style.axis(title, *ends, 4 if axis == "y" else 2, domain=list(domain))
@@ -120,15 +120,15 @@ def _dots(drawn: _Drawn, marks: Sequence[tuple[int, float]], **marker: Any) -> T
     return style.dots([k + 1.0 for k, _ in marks], [value for _, value in marks], hover, **marker)
 
 
-def _tool_set(one: CharacteristicChartShape, first: int, ends: tuple[float, float]) -> Iterator[Trace]:
-    for k, part in enumerate(one.parts):
+def _tool_set(chart: CharacteristicChartShape, first: int, ends: tuple[float, float]) -> Iterator[Trace]:
+    for k, part in enumerate(chart.parts):
         if part.tool_set and k >= first:
             yield style.lines([k + 0.5, k + 0.5], list(ends), style.INK, 1.5, line={"dash": "dot"})
 
 
-def _serials(one: CharacteristicChartShape, first: int) -> dict[str, Any]:
+def _serials(chart: CharacteristicChartShape, first: int) -> dict[str, Any]:
     """Serial numbers at some of the parts, no more than are legible."""
-    parts = one.parts[first:]
+    parts = chart.parts[first:]
     step = max(1, -(-len(parts) // TICKS), max(len(part.serial) for part in parts) * len(parts) // 45)
     at = list(range(0, len(parts), step))
     return {"tickvals": [first + k + 1 for k in at], "ticktext": [style.label(parts[k].serial) for k in at]}
@@ -192,9 +192,9 @@ def _alarms(shown: ChartsShape, say: Texts) -> str:
     return section("alarms", say("Alarms and what explains them"), *blocks, f"<p class='note'>{note}</p>")
 
 
-def _episodes(one: CharacteristicChartShape, shown: ChartsShape, say: Texts) -> Iterator[str]:
+def _episodes(chart: CharacteristicChartShape, shown: ChartsShape, say: Texts) -> Iterator[str]:
     head = (say("cause"), say("what is known"), say("probability"), say("size ({unit})", unit=_unit(shown, say)))
-    for episode in one.alarms:
+    for episode in chart.alarms:
         rows = [
             [say.note(cause.kind), esc(say.note(cause.words)), _percent(cause.probability, say), size]
             for cause in episode.causes
@@ -204,7 +204,7 @@ def _episodes(one: CharacteristicChartShape, shown: ChartsShape, say: Texts) -> 
         since = say("a step would begin at part {serial}", serial=esc(episode.since))
         rows.append([say("not known"), since, _percent(episode.unknown, say), ""])
         rows.append([say("chance"), say("nothing moved: a false alarm"), _percent(episode.chance, say), ""])
-        yield f"<h3>{esc(one.characteristic)}: {_parts(episode, say)}</h3>{items(_meanings(episode, say))}"
+        yield f"<h3>{esc(chart.characteristic)}: {_parts(episode, say)}</h3>{items(_meanings(episode, say))}"
         yield table(head, rows, words=(0, 1), stacks=True)
 
 
@@ -212,10 +212,10 @@ def _meanings(episode: EpisodeShape, say: Texts) -> Iterator[str]:
     yield from dict.fromkeys(f"{esc(alarm.chart)}: {esc(say.note(alarm.meaning))}" for alarm in episode.alarms)
 
 
-def _parts(one: EpisodeShape, say: Texts) -> str:
-    if one.first == one.last:
-        return say("part {serial}", serial=esc(one.first))
-    return say("parts {first} to {last}", first=esc(one.first), last=esc(one.last))
+def _parts(episode: EpisodeShape, say: Texts) -> str:
+    if episode.first == episode.last:
+        return say("part {serial}", serial=esc(episode.first))
+    return say("parts {first} to {last}", first=esc(episode.first), last=esc(episode.last))
 
 
 def _percent(share: float, say: Texts) -> str:
@@ -250,22 +250,22 @@ def _table(shown: ChartsShape, say: Texts) -> str:
     return table(head, rows, words=(0,), name="monitor", stacks=True) + f"<p class='note'>{note}</p>" + remarks
 
 
-def _row(one: CharacteristicChartShape, shown: ChartsShape, say: Texts) -> list[str]:
-    found = one.capability
-    mean = sum(part.value for part in one.parts) / len(one.parts)
+def _row(chart: CharacteristicChartShape, shown: ChartsShape, say: Texts) -> list[str]:
+    found = chart.capability
+    mean = sum(part.value for part in chart.parts) / len(chart.parts)
     return [
-        esc(one.characteristic),
-        str(len(one.parts)),
+        esc(chart.characteristic),
+        str(len(chart.parts)),
         _number(mean, shown, say),
-        _number(one.sigma, shown, say),
+        _number(chart.sigma, shown, say),
         "" if found is None else _number(found.sigma, shown, say),
         *(_index(found, name, say) for name in ("Cp", "Cpk", "Pp", "Ppk")),
-        esc(", ".join(each.first for each in one.alarms)),
+        esc(", ".join(each.first for each in chart.alarms)),
     ]
 
 
-def _index(found: CapabilityShape | None, name: str, say: Texts) -> str:
-    one = None if found is None else next(each for each in found.indices if each.name == name)
+def _index(capability: CapabilityShape | None, name: str, say: Texts) -> str:
+    one = None if capability is None else next(each for each in capability.indices if each.name == name)
     if one is None or one.value is None or one.low is None or one.high is None:
         return ""
     return f"{say.number(one.value, 2)}<br>({say.number(one.low, 2)} … {say.number(one.high, 2)})"
@@ -284,13 +284,13 @@ def _figures(shown: ChartsShape, say: Texts) -> tuple[str, int]:
     return "".join(done), len(shown.characteristics) - len(done)
 
 
-def _caption(one: CharacteristicChartShape, say: Texts) -> str:
+def _caption(chart: CharacteristicChartShape, say: Texts) -> str:
     more = ""
-    if len(one.parts) > SHOWN:
-        more = say(", the latest {shown} of {all} parts", shown=SHOWN, all=len(one.parts))
-    limits = [say.mm(limit, 4) for limit in (one.lower_limit_mm, one.upper_limit_mm) if limit is not None]
+    if len(chart.parts) > SHOWN:
+        more = say(", the latest {shown} of {all} parts", shown=SHOWN, all=len(chart.parts))
+    limits = [say.mm(limit, 4) for limit in (chart.lower_limit_mm, chart.upper_limit_mm) if limit is not None]
     between = f" ({' … '.join(limits)})" if limits else ""
-    return f"<b>{esc(one.characteristic)}</b>, {say.mm(one.nominal_mm, 4)}{between} {say.mm_name}{more}"
+    return f"<b>{esc(chart.characteristic)}</b>, {say.mm(chart.nominal_mm, 4)}{between} {say.mm_name}{more}"
 
 
 def _findings(shown: ChartsShape) -> str:

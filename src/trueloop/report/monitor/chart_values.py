@@ -210,18 +210,18 @@ def chart_rows(shown: ChartsShape) -> Iterator[tuple[str, ...]]:
         )
 
 
-def index_text(found: CapabilityShape | None, name: str) -> str:
+def index_text(capability: CapabilityShape | None, name: str) -> str:
     """Formats an index with its interval; empty where there is none."""
-    one = None if found is None else next(each for each in found.indices if each.name == name)
+    one = None if capability is None else next(each for each in capability.indices if each.name == name)
     if one is None or one.value is None or one.low is None or one.high is None:
         return ""
     return f"{plain(one.value, 2)} ({plain(one.low, 2)} to {plain(one.high, 2)})"
 
 
-def alarm_lines(one: CharacteristicChartShape, shown: ChartsShape) -> Iterator[str]:
+def alarm_lines(chart: CharacteristicChartShape, shown: ChartsShape) -> Iterator[str]:
     """Alarms of a characteristic with what explains them, and its remarks."""
-    for episode in one.alarms:
-        yield f"{one.characteristic}: alarm at {_parts(episode)}"
+    for episode in chart.alarms:
+        yield f"{chart.characteristic}: alarm at {_parts(episode)}"
         meanings = dict.fromkeys(f"{alarm.chart}: {alarm.meaning}" for alarm in episode.alarms)
         yield from (f"  {said}" for said in meanings)
         for cause in episode.causes:
@@ -230,11 +230,11 @@ def alarm_lines(one: CharacteristicChartShape, shown: ChartsShape) -> Iterator[s
                 yield f"  {100 * cause.probability:.0f} %  {cause.kind}: {cause.words} ({size})"
         yield f"  {100 * episode.unknown:.0f} %  a step that nobody knows of: it would begin at part {episode.since}"
         yield f"  {100 * episode.chance:.0f} %  chance: nothing moved"
-    yield from (f"{one.characteristic}: {remark}" for remark in one.remarks)
+    yield from (f"{chart.characteristic}: {remark}" for remark in chart.remarks)
 
 
-def _parts(one: EpisodeShape) -> str:
-    return f"part {one.first}" if one.first == one.last else f"parts {one.first} to {one.last}"
+def _parts(episode: EpisodeShape) -> str:
+    return f"part {episode.first}" if episode.first == episode.last else f"parts {episode.first} to {episode.last}"
 
 
 def charts_shape(
@@ -252,8 +252,8 @@ def charts_shape(
     )
 
 
-def _characteristic(one: MonitoredSeries, scale: float) -> CharacteristicChartShape:
-    asked, found = one.characteristic, one.charted
+def _characteristic(series: MonitoredSeries, scale: float) -> CharacteristicChartShape:
+    asked, found = series.characteristic, series.charted
     base = next(each.base for each in found.segments if each.base is not None)
     return CharacteristicChartShape(
         characteristic=asked.name,
@@ -263,48 +263,49 @@ def _characteristic(one: MonitoredSeries, scale: float) -> CharacteristicChartSh
         upper_limit_mm=asked.upper_limit,
         sigma=_round(base.sigma * scale),
         baseline=base.count,
-        correlation=round(one.correlation.lag_1, 4),
+        correlation=round(series.correlation.lag_1, 4),
         parts=[
             ValueShape(serial=serial, value=_round(value * scale), in_baseline=bool(base_), tool_set=anew)
             for serial, value, base_, anew in zip(
-                one.serials, found.values.tolist(), found.in_baseline.tolist(), one.set_before, strict=True
+                series.serials, found.values.tolist(), found.in_baseline.tolist(), series.set_before, strict=True
             )
         ],
         segments=[segment_shape(each, scale) for each in found.segments],
-        alarms=[_episode(each, one, base.sigma * scale) for each in one.episodes],
-        capability=None if one.capability is None else _capability(one.capability, scale),
-        remarks=list(one.remarks),
+        alarms=[_episode(each, series, base.sigma * scale) for each in series.episodes],
+        capability=None if series.capability is None else _capability(series.capability, scale),
+        remarks=list(series.remarks),
     )
 
 
-def segment_shape(one: Segment, scale: float) -> SegmentShape:
+def segment_shape(segment: Segment, scale: float) -> SegmentShape:
     """Makes the shape of a segment with its charts, values times `scale`."""
     return SegmentShape(
-        first=one.first,
-        stop=one.stop,
-        centre=None if one.base is None else _round(one.base.centre * scale),
-        charts=[_chart(each, scale) for each in one.charts],
+        first=segment.first,
+        stop=segment.stop,
+        centre=None if segment.base is None else _round(segment.base.centre * scale),
+        charts=[_chart(each, scale) for each in segment.charts],
     )
 
 
-def _chart(one: Chart, scale: float) -> ChartShape:
+def _chart(chart: Chart, scale: float) -> ChartShape:
     return ChartShape(
-        name=one.name,
-        centre=_round(one.centre * scale),
-        plotted=[None if math.isnan(value) else _round(value * scale) for value in one.plotted.tolist()],
-        low=[_round(value * scale) for value in one.low.tolist()],
-        high=[_round(value * scale) for value in one.high.tolist()],
+        name=chart.name,
+        centre=_round(chart.centre * scale),
+        plotted=[None if math.isnan(value) else _round(value * scale) for value in chart.plotted.tolist()],
+        low=[_round(value * scale) for value in chart.low.tolist()],
+        high=[_round(value * scale) for value in chart.high.tolist()],
     )
 
 
-def _episode(one: Episode, of: MonitoredSeries, sigma: float) -> EpisodeShape:
-    why = one.explained
+def _episode(episode: Episode, of: MonitoredSeries, sigma: float) -> EpisodeShape:
+    why = episode.explained
     return EpisodeShape(
-        first=of.serials[one.first],
-        last=of.serials[one.last],
+        first=of.serials[episode.first],
+        last=of.serials[episode.last],
         since=of.serials[why.since],
         alarms=[
-            AlarmShape(serial=of.serials[alarm.index], chart=alarm.chart, meaning=alarm.meaning) for alarm in one.alarms
+            AlarmShape(serial=of.serials[alarm.index], chart=alarm.chart, meaning=alarm.meaning)
+            for alarm in episode.alarms
         ],
         causes=[
             CauseShape(
@@ -337,16 +338,16 @@ def alarm_shapes(alarms: Sequence[Alarm], labels: Sequence[str]) -> list[Episode
     ]
 
 
-def _capability(one: Capability, scale: float) -> CapabilityShape:
+def _capability(capability: Capability, scale: float) -> CapabilityShape:
     return CapabilityShape(
-        count=one.count,
-        mean=_round(one.mean * scale),
-        sigma=_round(one.sigma * scale),
-        short_sigma=_round(one.short_sigma * scale),
-        normal_p=round(one.normal_p, 4),
+        count=capability.count,
+        mean=_round(capability.mean * scale),
+        sigma=_round(capability.sigma * scale),
+        short_sigma=_round(capability.short_sigma * scale),
+        normal_p=round(capability.normal_p, 4),
         indices=[
             IndexShape(name=each.name, value=_index(each.value), low=_index(each.low), high=_index(each.high))
-            for each in one.indices
+            for each in capability.indices
         ],
     )
 

@@ -86,13 +86,13 @@ def charts_of(shown: GaugesShape) -> ChartsShape:
     return ChartsShape(part_type="", what="value", unit="um", rules=[1], characteristics=charts, findings=[])
 
 
-def _gauge(one: GaugeSeries) -> GaugeShape:
-    found, slope = one.drift, one.drift.slope
-    fails = [one.failing(k) for k in range(len(one.checks))]
+def _gauge(series: GaugeSeries) -> GaugeShape:
+    found, slope = series.drift, series.drift.slope
+    fails = [series.failing(k) for k in range(len(series.checks))]
     return GaugeShape(
-        device=one.device,
-        standard=one.standard,
-        characteristic=one.characteristic,
+        device=series.device,
+        standard=series.standard,
+        characteristic=series.characteristic,
         bias_um=um(found.bias),
         expanded_u_um=None if found.bias_u is None else um(2.0 * found.bias_u),
         repeatability_um=known_um(found.repeatability),
@@ -100,7 +100,7 @@ def _gauge(one: GaugeSeries) -> GaugeShape:
         drift_um_per_day=None if slope is None else um(slope.per_day),
         drift_half_width_um=None if slope is None else um(slope.half_width),
         alarm=bool(fails[-1]) or found.biased or (slope is not None and slope.significant),
-        remarks=list(one.remarks),
+        remarks=list(series.remarks),
         checks=[
             CheckShape(
                 at=check.at,
@@ -109,18 +109,18 @@ def _gauge(one: GaugeSeries) -> GaugeShape:
                 e_n=None if check.e_n is None else round(check.e_n, 3) + 0.0,
                 fails=said,
             )
-            for check, said in zip(one.checks, fails, strict=True)
+            for check, said in zip(series.checks, fails, strict=True)
         ],
-        chart=_chart(one),
+        chart=_chart(series),
     )
 
 
-def _chart(one: GaugeSeries) -> CharacteristicChartShape:
-    labels = [f"{k}" if check.at is None else f"{k}: {check.at:%m-%d}" for k, check in enumerate(one.checks, 1)]
-    found = one.charted
-    count = len(one.checks) if found is None else int(found.in_baseline.sum())
+def _chart(series: GaugeSeries) -> CharacteristicChartShape:
+    labels = [f"{k}" if check.at is None else f"{k}: {check.at:%m-%d}" for k, check in enumerate(series.checks, 1)]
+    found = series.charted
+    count = len(series.checks) if found is None else int(found.in_baseline.sum())
     return CharacteristicChartShape(
-        characteristic=one.characteristic,
+        characteristic=series.characteristic,
         quantity="",
         nominal_mm=0.0,
         lower_limit_mm=None,
@@ -130,12 +130,12 @@ def _chart(one: GaugeSeries) -> CharacteristicChartShape:
         correlation=0.0,
         parts=[
             ValueShape(serial=label, value=um(check.deviation_mm), in_baseline=k < count, tool_set=False)
-            for k, (label, check) in enumerate(zip(labels, one.checks, strict=True))
+            for k, (label, check) in enumerate(zip(labels, series.checks, strict=True))
         ],
         segments=[SegmentShape(first=0, stop=len(labels), centre=None, charts=[])]
         if found is None
         else [segment_shape(each, UM_PER_MM) for each in found.segments],
-        alarms=alarm_shapes(one.alarms, labels),
+        alarms=alarm_shapes(series.alarms, labels),
         capability=None,
         remarks=[],
     )
@@ -164,11 +164,11 @@ def gauge_rows(shown: GaugesShape) -> Iterator[tuple[str, ...]]:
         )
 
 
-def remark_lines(one: GaugeShape) -> Iterator[str]:
+def remark_lines(gauge: GaugeShape) -> Iterator[str]:
     """Yields what failed, and what to do."""
-    name = f"{one.device}, {one.standard}, {one.characteristic}"
-    yield from (f"{name}: {text}" for text in one.remarks)
-    yield from (check.fails for check in one.checks if check.fails)
+    name = f"{gauge.device}, {gauge.standard}, {gauge.characteristic}"
+    yield from (f"{name}: {text}" for text in gauge.remarks)
+    yield from (check.fails for check in gauge.checks if check.fails)
 
 
 def gauge_page(shown: GaugesShape, say: Texts = ENGLISH) -> str:
@@ -194,8 +194,8 @@ def gauge_page(shown: GaugesShape, say: Texts = ENGLISH) -> str:
     return html_page(say("Gauges and probes"), body, language=say.language)
 
 
-def _named(one: GaugeShape) -> str:
-    return esc(f"{one.device}, {one.standard}, {one.characteristic}")
+def _named(gauge: GaugeShape) -> str:
+    return esc(f"{gauge.device}, {gauge.standard}, {gauge.characteristic}")
 
 
 def _table(shown: GaugesShape, say: Texts) -> str:
@@ -207,20 +207,20 @@ def _table(shown: GaugesShape, say: Texts) -> str:
     return table(head, [_row(one, say) for one in shown.gauges], words=(0, 1, 2, 9), name="gauges", stacks=True)
 
 
-def _row(one: GaugeShape, say: Texts) -> list[str]:
-    last = one.checks[-1].e_n
-    drift = one.drift_um_per_day
+def _row(gauge: GaugeShape, say: Texts) -> list[str]:
+    last = gauge.checks[-1].e_n
+    drift = gauge.drift_um_per_day
     return [
-        esc(one.device),
-        esc(one.standard),
-        esc(one.characteristic),
-        str(len(one.checks)),
-        say.error(one.bias_um, 2) + ("" if one.expanded_u_um is None else f" ± {say.size(one.expanded_u_um, 2)}"),
-        "" if one.repeatability_um is None else say.size(one.repeatability_um, 2),
-        "" if one.between_um is None else say.size(one.between_um, 2),
-        "" if drift is None else f"{say.error(drift, 3)} ± {say.size(one.drift_half_width_um or 0.0, 3)}",
+        esc(gauge.device),
+        esc(gauge.standard),
+        esc(gauge.characteristic),
+        str(len(gauge.checks)),
+        say.error(gauge.bias_um, 2) + ("" if gauge.expanded_u_um is None else f" ± {say.size(gauge.expanded_u_um, 2)}"),
+        "" if gauge.repeatability_um is None else say.size(gauge.repeatability_um, 2),
+        "" if gauge.between_um is None else say.size(gauge.between_um, 2),
+        "" if drift is None else f"{say.error(drift, 3)} ± {say.size(gauge.drift_half_width_um or 0.0, 3)}",
         "" if last is None else say.number(last, 2),
-        f"<b>{say('yes')}</b>" if one.alarm else "",
+        f"<b>{say('yes')}</b>" if gauge.alarm else "",
     ]
 
 

@@ -66,11 +66,11 @@ def _table_lines(image: Image, extent: Extent) -> Iterator[str]:
     )
 
 
-def where_in_words(found: Largest, image: Image) -> str:
+def where_in_words(largest: Largest, image: Image) -> str:
     """Axis, place and signals of a correction."""
-    signals = image.bank.signals if image.bank and found.signals else ()
-    at = [f"{s.name} {in_words(value, s.unit)}" for s, value in zip(signals, found.signals, strict=True)]
-    return ", ".join([f"{found.axis} at {_vector(found.position_mm)}", *at])
+    signals = image.bank.signals if image.bank and largest.signals else ()
+    at = [f"{s.name} {in_words(value, s.unit)}" for s, value in zip(signals, largest.signals, strict=True)]
+    return ", ".join([f"{largest.axis} at {_vector(largest.position_mm)}", *at])
 
 
 def _vector(vector: Vector) -> str:
@@ -101,12 +101,12 @@ def image_summary(image: Image, extent: Extent) -> dict[str, object]:
     }
 
 
-def _plain(found: Largest | None) -> dict[str, object] | None:
-    if found is None:
+def _plain(largest: Largest | None) -> dict[str, object] | None:
+    if largest is None:
         return None
     return {
-        "axis": found.axis,
-        "correction_um": found.correction_mm * UM_PER_MM,
-        "position_mm": list(found.position_mm),
-        "signals": list(found.signals),
+        "axis": largest.axis,
+        "correction_um": largest.correction_mm * UM_PER_MM,
+        "position_mm": list(largest.position_mm),
+        "signals": list(largest.signals),
     }

@@ -181,8 +181,8 @@ def _trace_figure(trace: Trace) -> str:
     return figure_block("trace-figure", trace_figures(trace), caption)
 
 
-def _events(found: tuple[Event, ...]) -> str:
-    shown = _shortened(found)
+def _events(events: tuple[Event, ...]) -> str:
+    shown = _shortened(events)
     rows = [
         (
             f"{event.time_s:.3f}",
@@ -191,16 +191,16 @@ def _events(found: tuple[Event, ...]) -> str:
         )
         for event in shown
     ]
-    left_out = len(found) - len(shown)
+    left_out = len(events) - len(shown)
     more = f"<p class='note'>{left_out} changes of state without a fault are left out here.</p>" if left_out else ""
     return table(("time<br>s", "program line", "state"), rows, words=(2,), name="events-table") + more
 
 
-def _shortened(found: tuple[Event, ...]) -> list[Event]:
+def _shortened(events: tuple[Event, ...]) -> list[Event]:
     """All of them, or the alarming ones of many; the last ones of very many."""
-    if len(found) <= MOST_EVENTS:
-        return list(found)
-    return [event for event in found if event.alarming][-MOST_EVENTS:]
+    if len(events) <= MOST_EVENTS:
+        return list(events)
+    return [event for event in events if event.alarming][-MOST_EVENTS:]
 
 
 def _residuals(residuals: Iterable[Residual]) -> str:

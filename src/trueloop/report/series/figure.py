@@ -79,18 +79,18 @@ LIMIT: Final = style.INK
 TICKS: Final = 8
 
 
-def series_figure(one: CharacteristicSeriesShape, say: Texts = ENGLISH) -> Figure:
+def series_figure(series: CharacteristicSeriesShape, say: Texts = ENGLISH) -> Figure:
     """Draws ○ before and ● after correction with the band expected of ●, limits where they are near, ▲ alarms.
 
     Colours are those of Okabe and Ito; shapes say the same, so that none depends on colour.
     """
-    parts = one.parts[-SHOWN:]
+    parts = series.parts[-SHOWN:]
     scale = say.per_um
     low, high = style.padded(_seen(parts), 0.08, 1.0)
     x = [float(k) for k in range(1, len(parts) + 1)]
     data = [
         *_bands(x, parts, scale),
-        *_limits(one, x, (low, high), scale),
+        *_limits(series, x, (low, high), scale),
         *_tool_set(x, parts, (low * scale, high * scale)),
         *_marks(x, parts, say),
         *_weights(x, parts, say),
@@ -137,11 +137,13 @@ def _bands(x: Sequence[float], parts: Sequence[PartShape], scale: float) -> list
     return [style.lines(xs, ys, style.STEEL, 9)] if xs else []
 
 
-def _limits(one: CharacteristicSeriesShape, x: Sequence[float], ends: tuple[float, float], scale: float) -> list[Trace]:
+def _limits(
+    series: CharacteristicSeriesShape, x: Sequence[float], ends: tuple[float, float], scale: float
+) -> list[Trace]:
     """Limits within the picture."""
     found = []
-    for limit in (one.lower_limit_mm, one.upper_limit_mm):
-        um = None if limit is None else (limit - one.nominal_mm) * 1000.0
+    for limit in (series.lower_limit_mm, series.upper_limit_mm):
+        um = None if limit is None else (limit - series.nominal_mm) * 1000.0
         if um is not None and ends[0] < um < ends[1]:
             found.append(style.lines([0.4, x[-1] + 0.6], [um * scale] * 2, LIMIT, 1.2, line={"dash": "dash"}))
     return found
@@ -177,12 +179,12 @@ def _marks(x: Sequence[float], parts: Sequence[PartShape], say: Texts) -> list[T
     return traces
 
 
-def _hover(one: PartShape, say: Texts) -> str:
-    band = "" if one.band_um is None or one.expected_um is None else say(
-        "<br>expected {expected} ± {band} {um}", expected=say.error(one.expected_um), band=say.size(one.band_um)
+def _hover(part: PartShape, say: Texts) -> str:
+    band = "" if part.band_um is None or part.expected_um is None else say(
+        "<br>expected {expected} ± {band} {um}", expected=say.error(part.expected_um), band=say.size(part.band_um)
     )  # fmt: skip
     return say(
-        "part {serial}: {error} {um}", serial=style.label(one.serial), error=say.error(one.after_um)
+        "part {serial}: {error} {um}", serial=style.label(part.serial), error=say.error(part.after_um)
     ) + band  # fmt: skip
 
 

@@ -56,21 +56,21 @@ def status_rows(series: SeriesShape) -> Iterator[tuple[str, ...]]:
         yield _row(one)
 
 
-def _row(one: CharacteristicSeriesShape) -> tuple[str, ...]:
-    last, ahead = one.parts[-1], one.next
+def _row(series: CharacteristicSeriesShape) -> tuple[str, ...]:
+    last, ahead = series.parts[-1], series.next
     share = None if ahead is None else ahead.probability_after
     return (
-        one.characteristic if one.latest else f"{one.characteristic} (earlier)",
-        str(len(one.parts)),
+        series.characteristic if series.latest else f"{series.characteristic} (earlier)",
+        str(len(series.parts)),
         signed(last.after_um),
-        "" if one.level_um is None else signed(one.level_um),
-        "" if one.level_band_um is None else plain(one.level_band_um),
+        "" if series.level_um is None else signed(series.level_um),
+        "" if series.level_band_um is None else plain(series.level_band_um),
         plain(last.weight, 2),
         "" if last.drift_um is None else plain(last.drift_um, 2),
-        "" if one.open_alarm is None else f"part {one.open_alarm}",
+        "" if series.open_alarm is None else f"part {series.open_alarm}",
         "" if ahead is None else signed(ahead.size_change_um),
         "" if share is None else f"{100 * share:.1f} %",
-        "" if one.capability is None else f"{one.capability.ppk:.2f} ≥ {one.capability.lower:.2f}",
+        "" if series.capability is None else f"{series.capability.ppk:.2f} ≥ {series.capability.lower:.2f}",
     )
 
 

@@ -109,22 +109,22 @@ def _status_table(series: SeriesShape, say: Texts) -> str:
     return table(head, rows, words=(0, 10), name="series", stacks=True) + _note(note)
 
 
-def _status_row(one: CharacteristicSeriesShape, say: Texts) -> list[str]:
-    last, ahead, found = one.parts[-1], one.next, one.capability
-    name = esc(one.characteristic) + ("" if one.latest else f"<br>{say('earlier nominal or limits')}")
+def _status_row(series: CharacteristicSeriesShape, say: Texts) -> list[str]:
+    last, ahead, found = series.parts[-1], series.next, series.capability
+    name = esc(series.characteristic) + ("" if series.latest else f"<br>{say('earlier nominal or limits')}")
     shares = None if ahead is None else (ahead.probability_before, ahead.probability_after)
     return [
         name,
-        str(len(one.parts)),
+        str(len(series.parts)),
         say.error(last.after_um),
-        "" if one.level_um is None else f"{say.error(one.level_um)} ± {say.size(one.level_band_um or 0.0)}",
+        "" if series.level_um is None else f"{say.error(series.level_um)} ± {say.size(series.level_band_um or 0.0)}",
         say.number(last.weight, 2),
         "" if last.drift_um is None else say.size(last.drift_um, 2),
         "" if ahead is None else say.error(ahead.size_change_um),
         "" if ahead is None else f"{say.error(ahead.expected_um)} ± {say.size(ahead.band_um)}",
         "" if shares is None or None in shares else " → ".join(f"{say.number(100 * (s or 0.0))} %" for s in shares),
         "" if found is None else f"{say.number(found.ppk, 2)} (≥ {say.number(found.lower, 2)})",
-        esc(", ".join(part.serial for part in one.parts if part.alarm)),
+        esc(", ".join(part.serial for part in series.parts if part.alarm)),
     ]
 
 
@@ -150,12 +150,12 @@ def _replay_table(series: SeriesShape, say: Texts) -> str:
     return table(head, rows, words=(0, 7), name="series", stacks=True) + _note(note)
 
 
-def _least(one: CharacteristicSeriesShape, rule: str, say: Texts) -> str:
-    if rule not in one.left_rms_um:
+def _least(series: CharacteristicSeriesShape, rule: str, say: Texts) -> str:
+    if rule not in series.left_rms_um:
         return ""
-    value = one.left_rms_um[rule]
+    value = series.left_rms_um[rule]
     text = say.size(value, 2)
-    return f"<b>{text}</b>" if value == min(one.left_rms_um.values()) else text
+    return f"<b>{text}</b>" if value == min(series.left_rms_um.values()) else text
 
 
 def _held(parts: Sequence[PartShape]) -> str:
@@ -175,14 +175,14 @@ def _figures(series: SeriesShape, say: Texts) -> tuple[str, int]:
     return "".join(done), len(series.characteristics) - len(done)
 
 
-def _caption(one: CharacteristicSeriesShape, say: Texts) -> str:
+def _caption(series: CharacteristicSeriesShape, say: Texts) -> str:
     more = ""
-    if len(one.parts) > SHOWN:
-        more = say(", the latest {shown} of {all} parts", shown=SHOWN, all=len(one.parts))
-    limits = [f"{say.mm(limit, 4)}" for limit in (one.lower_limit_mm, one.upper_limit_mm) if limit is not None]
+    if len(series.parts) > SHOWN:
+        more = say(", the latest {shown} of {all} parts", shown=SHOWN, all=len(series.parts))
+    limits = [f"{say.mm(limit, 4)}" for limit in (series.lower_limit_mm, series.upper_limit_mm) if limit is not None]
     between = f" ({' … '.join(limits)})" if limits else ""
-    moves = "".join(f"<br>{move}" for move in list(_moves(one.parts, say))[-SAID:])
-    return f"<b>{esc(one.characteristic)}</b>, {say.mm(one.nominal_mm, 4)}{between} {say.mm_name}{more}{moves}"
+    moves = "".join(f"<br>{move}" for move in list(_moves(series.parts, say))[-SAID:])
+    return f"<b>{esc(series.characteristic)}</b>, {say.mm(series.nominal_mm, 4)}{between} {say.mm_name}{more}{moves}"
 
 
 def _moves(parts: Sequence[PartShape], say: Texts) -> Iterator[str]:

@@ -8,7 +8,7 @@ from pydantic import SkipValidation
 from trueloop.errors import Finding
 from trueloop.loops.post_process.propose import effect_of
 from trueloop.loops.post_process.series import Series, SeriesOptions
-from trueloop.loops.post_process.tracked import Replay, Replayed, Tracked, TrackedPart, capability
+from trueloop.loops.post_process.tracked import Replay, ReplayedSeries, TrackedPart, TrackedSeries, capability
 from trueloop.report.shape import Shape, known_um, um
 from trueloop.statistics import NORMAL_95
 
@@ -132,7 +132,7 @@ class SeriesShape(Shape):
 
 
 def status_shape(
-    part_type: str, series: Sequence[Tracked], parts: int, findings: Sequence[Finding], options: SeriesOptions
+    part_type: str, series: Sequence[TrackedSeries], parts: int, findings: Sequence[Finding], options: SeriesOptions
 ) -> SeriesShape:
     """Makes the shape of the series of a part type as they are."""
     of_each = [_tracked(one, options) for one in series]
@@ -163,19 +163,19 @@ def _band(u_mm: float | None) -> float | None:
     return None if u_mm is None else um(NORMAL_95 * u_mm)
 
 
-def _tracked(one: Tracked, options: SeriesOptions) -> CharacteristicSeriesShape:
-    step, alarm, found = one.last.step, one.open_alarm, capability(one.series)
+def _tracked(series: TrackedSeries, options: SeriesOptions) -> CharacteristicSeriesShape:
+    step, alarm, found = series.last.step, series.open_alarm, capability(series.series)
     return CharacteristicSeriesShape(
-        **_of_series(one.series),
+        **_of_series(series.series),
         level_um=known_um(step.level_mm),
         level_band_um=_band(step.level_u_mm),
         scatter_um=known_um(step.scatter_mm),
         gain=step.gain,
         open_alarm=None if alarm is None else alarm.made.serial,
-        next=_next(one, options) if one.series.latest else None,
+        next=_next(series, options) if series.series.latest else None,
         capability=None if found is None else CapabilityShape.from_values(found),
         left_rms_um={},
-        parts=[_part(part) for part in one.parts],
+        parts=[_part(part) for part in series.parts],
     )
 
 
@@ -191,10 +191,10 @@ def _of_series(series: Series) -> dict[str, Any]:
     }
 
 
-def _next(one: Tracked, options: SeriesOptions) -> NextShape | None:
-    if abs(one.change_mm) <= options.least_mm:
+def _next(series: TrackedSeries, options: SeriesOptions) -> NextShape | None:
+    if abs(series.change_mm) <= options.least_mm:
         return None
-    effect = effect_of(one, -one.change_mm)
+    effect = effect_of(series, -series.change_mm)
     return NextShape(
         size_change_um=um(effect.size_change_mm),
         expected_um=um(effect.error_after_mm),
@@ -204,24 +204,24 @@ def _next(one: Tracked, options: SeriesOptions) -> NextShape | None:
     )
 
 
-def _part(one: TrackedPart) -> PartShape:
-    made, step = one.made, one.step
+def _part(tracked_part: TrackedPart) -> PartShape:
+    made, step = tracked_part.made, tracked_part.step
     return PartShape.from_values(
-        *(one, made, step, step.weight),
+        *(tracked_part, made, step, step.weight),
         before_um=um(made.uncorrected_mm),
         after_um=um(made.error_mm),
-        band_um=_band(one.expected_u_mm),
+        band_um=_band(tracked_part.expected_u_mm),
         weight=step.weight.value,
         tool_set=made.set_before,
     )
 
 
-def _replay(one: Replay) -> CharacteristicSeriesShape:
-    last = one.parts[-1]
-    rules = ("measured", "memory", *one.rivals_mm)
-    left = {rule: one.rms_mm(rule) for rule in rules}
+def _replay(replay: Replay) -> CharacteristicSeriesShape:
+    last = replay.parts[-1]
+    rules = ("measured", "memory", *replay.rivals_mm)
+    left = {rule: replay.rms_mm(rule) for rule in rules}
     return CharacteristicSeriesShape(
-        **_of_series(one.series),
+        **_of_series(replay.series),
         level_um=None,
         level_band_um=None,
         scatter_um=None,
@@ -230,15 +230,15 @@ def _replay(one: Replay) -> CharacteristicSeriesShape:
         next=None,
         capability=None,
         left_rms_um={rule: um(value) for rule, value in left.items() if value is not None},
-        parts=[_replayed(part) for part in one.parts],
+        parts=[_replayed(part) for part in replay.parts],
     )
 
 
-def _replayed(one: Replayed) -> PartShape:
+def _replayed(series: ReplayedSeries) -> PartShape:
     return PartShape.from_values(
-        one,
-        before_um=um(one.measured_mm),
-        after_um=um(one.left_mm),
-        band_um=um(NORMAL_95 * one.expected_u_mm),
-        tool_set=one.set_before,
+        series,
+        before_um=um(series.measured_mm),
+        after_um=um(series.left_mm),
+        band_um=um(NORMAL_95 * series.expected_u_mm),
+        tool_set=series.set_before,
     )

@@ -41,21 +41,21 @@ def compare_page(found: Comparison) -> str:
     return html_page(f"{title} – before and after", body)
 
 
-def maps(found: Comparison, which: str) -> list[DeviationMap]:
+def maps(comparison: Comparison, which: str) -> list[DeviationMap]:
     """Returns the mean of the deterministic parts of the group `before` or `after`, as far as it was measured, and
     its worst part taken apart.
     """
-    group: Group = getattr(found, which)
+    group: Group = getattr(comparison, which)
     measured = [part.separation.places for part in group.kept]
     u, v = (
         np.linspace(min(map(np.min, values)), max(map(np.max, values)), PLACES)
         for values in ([at.u for at in measured], [at.v for at in measured])
     )
-    (u0, u1), (v0, v1) = found.surface.domain
+    (u0, u1), (v0, v1) = comparison.surface.domain
     mean = DeviationMap(
         f"{which}-mean",
         f"{which}: deterministic, mean of {len(group.kept)} parts",
-        found.surface.grid_mm(u0 + (u1 - u0) * u, v0 + (v1 - v0) * v),
+        comparison.surface.grid_mm(u0 + (u1 - u0) * u, v0 + (v1 - v0) * v),
         np.stack(np.meshgrid(u, v, indexing="ij"), axis=2),
         group.deterministic_mm(u, v),
     )
@@ -84,9 +84,11 @@ def maps(found: Comparison, which: str) -> list[DeviationMap]:
     ]
 
 
-def _verdict(found: Comparison) -> str:
-    (_, before, after), *_ = rows_of(found)
-    worst = [abs(group.figures[group.worst].measured.worst_mm) * UM_PER_MM for group in (found.before, found.after)]
+def _verdict(comparison: Comparison) -> str:
+    (_, before, after), *_ = rows_of(comparison)
+    worst = [
+        abs(group.figures[group.worst].measured.worst_mm) * UM_PER_MM for group in (comparison.before, comparison.after)
+    ]
     return (
         f'<p class="verdict"><span class="stamp">Measured</span>The deterministic part went from '
         f"{plain(before.rms_mm * UM_PER_MM, 2)} to {plain(after.rms_mm * UM_PER_MM, 2)} µm RMS, the worst deviation "
@@ -94,31 +96,31 @@ def _verdict(found: Comparison) -> str:
     )
 
 
-def rows_of(found: Comparison) -> list[tuple[str, Spread, Spread]]:
+def rows_of(comparison: Comparison) -> list[tuple[str, Spread, Spread]]:
     """Returns what the table compares: a name, before, after."""
     kinds = {
         "deterministic part": lambda part: part.deterministic,
         "random part": lambda part: part.random,
         "all deviations": lambda part: part.measured,
     }
-    return [(name, found.before.over_all(of), found.after.over_all(of)) for name, of in kinds.items()]
+    return [(name, comparison.before.over_all(of), comparison.after.over_all(of)) for name, of in kinds.items()]
 
 
-def _both(found: Comparison) -> str:
+def _both(comparison: Comparison) -> str:
     head = ("", "before, RMS (µm)", "range (µm)", "after, RMS (µm)", "range (µm)", "after ÷ before")
     rows = [
         (name, *_cells(before), *_cells(after), plain(after.rms_mm / before.rms_mm, 2) if before.rms_mm else "–")
-        for name, before, after in rows_of(found)
+        for name, before, after in rows_of(comparison)
     ]
     note = "<p class='note'>RMS over all parts; range from the least to the greatest of all.</p>"
     return table(head, rows, name="both-table") + note
 
 
-def _parts(found: Comparison) -> str:
+def _parts(comparison: Comparison) -> str:
     head = ("", "part", "worst (µm)", "deterministic, RMS (µm)", "range (µm)", "random, RMS (µm)", "range (µm)")
     rows = [
         _compare_page_part(which, part)
-        for which, group in (("before", found.before), ("after", found.after))
+        for which, group in (("before", comparison.before), ("after", comparison.after))
         for part in group.figures
     ]
     return table(head, rows, words=(0, 1), name="parts-table")
@@ -134,35 +136,35 @@ def _cells(spread: Spread) -> tuple[str, str]:
     return plain(spread.rms_mm * UM_PER_MM, 2), f"{low} to {high}"
 
 
-def _findings(found: Comparison) -> str:
-    return items(f"{esc(f.code)}: {esc(f.message)} – {esc(f.hint)}" for f in found.findings)
+def _findings(comparison: Comparison) -> str:
+    return items(f"{esc(f.code)}: {esc(f.message)} – {esc(f.hint)}" for f in comparison.findings)
 
 
-def comparison_summary(found: Comparison) -> dict[str, object]:
+def comparison_summary(comparison: Comparison) -> dict[str, object]:
     """Summarizes both groups in figures, and what was noticed in their parts."""
-    groups = {"before": found.before, "after": found.after}
+    groups = {"before": comparison.before, "after": comparison.after}
     return {
         which: {
             "name": group.name,
             "parts": [_part(part) for part in group.figures],
             "worst_part": group.figures[group.worst].name,
-            **{name.replace(" ", "_"): _spread(spreads[side]) for name, *spreads in rows_of(found)},
+            **{name.replace(" ", "_"): _spread(spreads[side]) for name, *spreads in rows_of(comparison)},
         }
         for side, (which, group) in enumerate(groups.items())
-    } | {"findings": as_words(found.findings)}
+    } | {"findings": as_words(comparison.findings)}
 
 
-def comparison_json(found: Comparison) -> bytes:
+def comparison_json(comparison: Comparison) -> bytes:
     """Returns a comparison as the bytes of a JSON file."""
-    return (json.dumps(comparison_summary(found), indent=1, ensure_ascii=False) + "\n").encode()
+    return (json.dumps(comparison_summary(comparison), indent=1, ensure_ascii=False) + "\n").encode()
 
 
-def comparison_lines(found: Comparison) -> list[str]:
+def comparison_lines(comparison: Comparison) -> list[str]:
     """Returns a comparison as lines of text."""
-    groups = (found.before, found.after)
+    groups = (comparison.before, comparison.after)
     counts = [f"{which}: {len(group.kept)} parts" for which, group in zip(("before", "after"), groups, strict=True)]
     lines = [_line("Deviation in µm", counts, "after ÷ before")]
-    for name, before, after in rows_of(found):
+    for name, before, after in rows_of(comparison):
         cells = [f"{s.rms_mm * UM_PER_MM:.2f} RMS" for s in (before, after)]
         lines.append(_line(name, cells, _share(before.rms_mm, after.rms_mm)))
         ranges = [f"{s.low_mm * UM_PER_MM:+.1f} to {s.high_mm * UM_PER_MM:+.1f}" for s in (before, after)]

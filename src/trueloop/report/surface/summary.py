@@ -53,20 +53,20 @@ def part_line(part: Part) -> str:
 
 
 def pattern_summary(
-    found: SurfaceModel, record: str | None, notes: Sequence[str], files: Sequence[str]
+    model: SurfaceModel, record: str | None, notes: Sequence[str], files: Sequence[str]
 ) -> dict[str, object]:
     """Summarizes the pattern: figures, findings, notes, and files written. `record`: the id of the correction by it."""
-    pattern, figures = found.pattern, found.figures
+    pattern, figures = model.pattern, model.figures
     return {
-        "parts": [part_row(part) for part in found.parts],
+        "parts": [part_row(part) for part in model.parts],
         "controls": str(pattern.size),
         "largest_um": UM_PER_MM * figures.largest_mm,
         "uncertainty_um": UM_PER_MM * figures.uncertainty_mm,
         "support": support_record(figures, pattern),
         "random_sigma_um": pattern.sigma_mm * UM_PER_MM,
-        "parts_needed": found.parts_needed,
+        "parts_needed": model.parts_needed,
         "outlying": [odd.name for odd in pattern.outlying],
-        "findings": as_words(found.findings),
+        "findings": as_words(model.findings),
         "record": record,
         "notes": list(notes),
         "files": list(files),
@@ -79,16 +79,16 @@ def added_lines(kept: str, parts: int, findings: Sequence[Finding], notes: Seque
     return [kept, f"{parts} parts of this surface by now", *noticed, *(f"- {note}" for note in notes)]
 
 
-def pattern_lines(found: SurfaceModel, notes: Sequence[str], files: Sequence[str]) -> list[str]:
+def pattern_lines(model: SurfaceModel, notes: Sequence[str], files: Sequence[str]) -> list[str]:
     """Returns a pattern as lines of text."""
-    pattern, figures, known = found.pattern, found.figures, headline(found.figures)
+    pattern, figures, known = model.pattern, model.figures, headline(model.figures)
     return [
         f"pattern of {pattern.parts} parts: {pattern.size} control points, up to "
         f"{UM_PER_MM * figures.largest_mm:.1f} µm, known to ± {UM_PER_MM * figures.uncertainty_mm:.2f} µm (95 %); "
-        f"random part {pattern.sigma_mm * UM_PER_MM:.2f} µm; {found.parts_needed} parts for ± "
-        f"{found.options.target_mm * UM_PER_MM:g} µm",
+        f"random part {pattern.sigma_mm * UM_PER_MM:.2f} µm; {model.parts_needed} parts for ± "
+        f"{model.options.target_mm * UM_PER_MM:g} µm",
         *([known] if known else []),
-        *map(str, found.findings),
+        *map(str, model.findings),
         *notes,
         *files,
     ]

@@ -53,15 +53,15 @@ def characteristic_table(judged: Sequence[Judged], say: Texts = ENGLISH) -> str:
 def tightest_first(judged: Sequence[Judged]) -> list[Judged]:
     """Sorts by the probability of being in after the correction, then by the margin; what has no limits comes last."""
 
-    def place(one: Judged) -> tuple[float, float]:
-        probability = one.after.probability_in
-        return 2.0 if probability is None else probability, one.after.margin or 0.0
+    def place(judged: Judged) -> tuple[float, float]:
+        probability = judged.after.probability_in
+        return 2.0 if probability is None else probability, judged.after.margin or 0.0
 
     return sorted(judged, key=place)
 
 
-def _row(one: Judged, say: Texts) -> list[str]:
-    asked, before, after = one.characteristic, one.before, one.after
+def _row(judged: Judged, say: Texts) -> list[str]:
+    asked, before, after = judged.characteristic, judged.before, judged.after
     unit = "°" if asked.quantity is Quantity.ANGLE else say.mm_name
     place = "" if asked.at_z_mm is None else say(", at z {z} {mm}", z=say.mm(asked.at_z_mm))
     expanded = expanded_u(after)
@@ -75,7 +75,7 @@ def _row(one: Judged, say: Texts) -> list[str]:
         _verdict(after, say),
         esc(share(after.probability_in, say)),
         "–" if after.margin is None else _number(after.margin, asked, say),
-        "" if after.verdict is None else _bar(one, after.verdict, expanded, say),
+        "" if after.verdict is None else _bar(judged, after.verdict, expanded, say),
     ]
 
 
@@ -92,12 +92,12 @@ def _verdict(judgement: Judgement, say: Texts) -> str:
     return f'<span class="verdict-{verdict}">{SIGNS[verdict]} {esc(say.note(VERDICTS[verdict]))}</span>'
 
 
-def _number(value: float, asked: Characteristic, say: Texts) -> str:
-    return say.number(value, 4) if asked.quantity is Quantity.ANGLE else say.mm(value, 4)
+def _number(value: float, characteristic: Characteristic, say: Texts) -> str:
+    return say.number(value, 4) if characteristic.quantity is Quantity.ANGLE else say.mm(value, 4)
 
 
-def _limit(value: float | None, asked: Characteristic, say: Texts) -> str:
-    return "–" if value is None else _number(value, asked, say)
+def _limit(value: float | None, characteristic: Characteristic, say: Texts) -> str:
+    return "–" if value is None else _number(value, characteristic, say)
 
 
 def _bar(one: Judged, verdict: Verdict, expanded: float, say: Texts) -> str:
@@ -128,9 +128,9 @@ def _bar(one: Judged, verdict: Verdict, expanded: float, say: Texts) -> str:
     )
 
 
-def _zone(one: Judged, expanded: float) -> tuple[float, float]:
+def _zone(judged: Judged, expanded: float) -> tuple[float, float]:
     """From limit to limit; an open side reaches as far as the values do."""
-    asked, after = one.characteristic, one.after
+    asked, after = judged.characteristic, judged.after
     values = [asked.nominal, after.value - expanded, after.value + expanded]
     low = min(values) if asked.lower_limit is None else asked.lower_limit
     high = max(values) if asked.upper_limit is None else asked.upper_limit
@@ -194,8 +194,8 @@ def _counted(judgements: Sequence[Judgement], say: Texts) -> str:
     return ", ".join(words[kind] for kind, count in counts.items() if count)
 
 
-def _asked(one: Characteristic) -> dict[str, object]:
-    return {**asdict(one), "quantity": str(one.quantity), "unit": one.quantity.unit}
+def _asked(characteristic: Characteristic) -> dict[str, object]:
+    return {**asdict(characteristic), "quantity": str(characteristic.quantity), "unit": characteristic.quantity.unit}
 
 
 def _of(judgement: Judgement | None) -> dict[str, object] | None:

@@ -114,8 +114,8 @@ def _number(number: int, at: tuple[float, float], colour: str) -> list[str]:
     ]
 
 
-def _on_sheet(one: "Candidate") -> Array:
-    return one.view.on_sheet(np.concatenate([_places(feature) for feature in one.features]))
+def _on_sheet(candidate: "Candidate") -> Array:
+    return candidate.view.on_sheet(np.concatenate([_places(feature) for feature in candidate.features]))
 
 
 def _places(feature: Feature) -> Array:

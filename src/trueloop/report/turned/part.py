@@ -105,16 +105,16 @@ def part_json(corrected: PartCorrection) -> str:
     return json.dumps(part_as_dict(corrected), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def _setup(one: SetupCorrection) -> dict[str, object]:
-    frame = one.frame
+def _setup(setup: SetupCorrection) -> dict[str, object]:
+    frame = setup.frame
     return {
         "name": frame.name,
         "zero_at_z_mm": frame.zero_at_z_mm,
         "flipped": frame.flipped,
         "mirrored_z": frame.mirrored_z,
         "z_of_program": frame.words,
-        "features": list(one.features),
-        **_program(one),
+        "features": list(setup.features),
+        **_program(setup),
     }
 
 

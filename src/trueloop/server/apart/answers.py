@@ -7,7 +7,7 @@ from typing import Any, Final
 from trueloop.domain.codec import Codec
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.jobs.factory.readings import CODEC as READ
-from trueloop.jobs.factory.uploads import Handed
+from trueloop.jobs.factory.uploads import HandedFile
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class Question:
     """How a file is to be read, by the name of the way, in what time and with how much more memory than at first."""
 
     reading: str
-    handed: Handed
+    handed: HandedFile
     seconds: float
     memory_bytes: int
 

@@ -20,7 +20,7 @@ from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.factory.uploads import Handed, ReadAs, Upload, handed
+from trueloop.jobs.factory.uploads import HandedFile, ReadingOptions, Upload, handed
 from trueloop.server.apart.answers import CODEC, Answer, Question
 from trueloop.server.guarded import Service
 from trueloop.server.settings import Limits
@@ -51,11 +51,11 @@ class _Queue:
 _OF_LOOP: Final[WeakKeyDictionary[asyncio.AbstractEventLoop, _Queue]] = WeakKeyDictionary()
 
 
-async def read_apart(here: Service, upload: Upload, asked: ReadAs, reading: Callable[[Handed], T]) -> T:
+async def read_apart(here: Service, upload: Upload, options: ReadingOptions, reading: Callable[[HandedFile], T]) -> T:
     """Reads a file by one of `READINGS`. Raises what that raises, FAC-UNKNOWN, SRV-FILE, SRV-DELAY."""
 
     def read() -> T:
-        with handed(here.store, upload, asked) as given:
+        with handed(here.store, upload, options) as given:
             return answered(here.settings.limits, given, reading)
 
     return await in_turn(here, read)
@@ -77,13 +77,13 @@ async def in_turn(here: Service, work: Callable[[], T]) -> T:
         queue.length -= 1
 
 
-def answered(limits: Limits, given: Handed, reading: Callable[[Handed], T]) -> T:
+def answered(limits: Limits, file: HandedFile, reading: Callable[[HandedFile], T]) -> T:
     """Returns what a process apart reads of a file in its folder. Raises what the reading raises, and SRV-FILE."""
-    answer = PROCESSES.answer(Question(reading.__name__, given, limits.read_s, limits.read_bytes))
+    answer = PROCESSES.answer(Question(reading.__name__, file, limits.read_s, limits.read_bytes))
     if answer.refusal is not None:
         raise answer.refusal.error()
     if answer.exhausted:
-        raise not_read(given.name, f"it takes more than {limits.read_bytes / 1e9:.3g} GB of memory")
+        raise not_read(file.name, f"it takes more than {limits.read_bytes / 1e9:.3g} GB of memory")
     if answer.fault:
         raise RuntimeError(answer.fault)
     return cast(T, answer.value)

@@ -160,12 +160,12 @@ def accounts(store: Store) -> list[AccountRow]:
         return [_row(one) for one in connection.execute(select(ACCOUNT).order_by(ACCOUNT.c.name))]
 
 
-def stale(expected: str, found: str) -> TrueloopError:
+def stale(expected: str, etag: str) -> TrueloopError:
     """Makes the error SRV-STALE."""
     return Code.SRV_STALE.refusal(
-        f"it was changed meanwhile: the change is of state {expected!r}, it is {found!r} now",
+        f"it was changed meanwhile: the change is of state {expected!r}, it is {etag!r} now",
         hint="read it again, then change it",
-        values={"expected": expected, "found": found},
+        values={"expected": expected, "found": etag},
     )
 
 
@@ -201,15 +201,15 @@ def _refused(name: str, why: str, hint: str) -> TrueloopError:
     return Code.SRV_ACCOUNT.refusal(f"account {name!r}: {why}", hint=hint, values={"name": name})
 
 
-def _row(one: Row[Any]) -> AccountRow:
+def _row(row: Row[Any]) -> AccountRow:
     return AccountRow(
-        name=one.name,
-        display=one.display,
-        role=one.role,
-        language=one.language,
-        disabled=bool(one.disabled),
-        made_at=datetime.fromisoformat(one.created_at),
-        etag=str(one.version),
+        name=row.name,
+        display=row.display,
+        role=row.role,
+        language=row.language,
+        disabled=bool(row.disabled),
+        made_at=datetime.fromisoformat(row.created_at),
+        etag=str(row.version),
     )
 
 

@@ -70,19 +70,19 @@ class Attempts:
             raise
         self._end(one, right=True)
 
-    def _begin(self, one: _Attempt) -> _Attempt:
+    def _begin(self, attempt: _Attempt) -> _Attempt:
         until_s = time.monotonic() + PATIENCE_S
         with self._changed:
             while True:
                 now_s = self._seconds()
                 self._failed = [other for other in self._failed if now_s - other.at_s < WINDOW_S][-MOST:]
-                of_account = self._count(OF_ACCOUNT, lambda other: other.subject == one.subject, now_s)
-                of_address = self._count(OF_ADDRESS, lambda other: other.address == one.address, now_s)
+                of_account = self._count(OF_ACCOUNT, lambda other: other.subject == attempt.subject, now_s)
+                of_address = self._count(OF_ADDRESS, lambda other: other.address == attempt.address, now_s)
                 if (wait_s := max(of_account[0], of_address[0])) > 0:
                     raise too_early(wait_s)
                 if of_account[1] and of_address[1]:
-                    self._pending.append(one)
-                    return one
+                    self._pending.append(attempt)
+                    return attempt
                 if not self._changed.wait(until_s - time.monotonic()):
                     raise too_early(1.0)
 
@@ -92,12 +92,12 @@ class Attempts:
         wait_s = delays.after(len(failed)) - (now_s - max(failed)) if failed else 0.0
         return wait_s, sum(map(which, self._pending)) < max(1, delays.free - len(failed))
 
-    def _end(self, one: _Attempt, *, failed: bool = False, right: bool = False) -> None:
-        same = (one.subject, one.address)
+    def _end(self, attempt: _Attempt, *, failed: bool = False, right: bool = False) -> None:
+        same = (attempt.subject, attempt.address)
         with self._changed:
-            self._pending.remove(one)
+            self._pending.remove(attempt)
             if failed:
-                self._failed.append(one)
+                self._failed.append(attempt)
             if right:
                 self._failed = [other for other in self._failed if (other.subject, other.address) != same]
             self._changed.notify_all()

@@ -116,15 +116,15 @@ def _refused(what: str, hint: str) -> TrueloopError:
     return Code.SRV_KEYS.refusal(f"no key: {what}", hint=hint)
 
 
-def _row(one: Row[Any]) -> KeyRow:
-    ended = None if one.ended_at is None else datetime.fromisoformat(one.ended_at)
-    made, expires = datetime.fromisoformat(one.created_at), datetime.fromisoformat(one.expires_at)
+def _row(row: Row[Any]) -> KeyRow:
+    ended = None if row.ended_at is None else datetime.fromisoformat(row.ended_at)
+    made, expires = datetime.fromisoformat(row.created_at), datetime.fromisoformat(row.expires_at)
     return KeyRow(
-        id=one.id,
-        machine=one.machine,
-        name=one.name,
-        scope=one.scope,
-        made_by=one.made_by,
+        id=row.id,
+        machine=row.machine,
+        name=row.name,
+        scope=row.scope,
+        made_by=row.made_by,
         made_at=made,
         expires_at=expires,
         ended_at=ended,

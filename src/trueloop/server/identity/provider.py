@@ -43,7 +43,7 @@ KEPT: Final = timedelta(hours=1)
 
 
 @dataclass(frozen=True)
-class Found:
+class ProviderAddresses:
     """Its addresses, and whether it takes the client's secret in the body alone."""
 
     authorization: str
@@ -57,9 +57,9 @@ class Provider:
 
     def __init__(self, issuer: str) -> None:
         self.issuer = issuer
-        self._found: tuple[datetime, Found] | None = None
+        self._found: tuple[datetime, ProviderAddresses] | None = None
 
-    def found(self, now: datetime) -> Found:
+    def found(self, now: datetime) -> ProviderAddresses:
         """Its addresses (OpenID Connect Discovery)."""
         if self._found is None or now - self._found[0] > KEPT:
             said = _object(Request(f"{self.issuer.rstrip('/')}/.well-known/openid-configuration"))
@@ -69,7 +69,7 @@ class Provider:
             in_body = "client_secret_basic" not in methods and "client_secret_post" in methods
             names = ("authorization_endpoint", "token_endpoint", "jwks_uri")
             authorization, token, keys = (_safe(str(said.get(name, ""))) for name in names)
-            self._found = now, Found(authorization, token, keys, in_body)
+            self._found = now, ProviderAddresses(authorization, token, keys, in_body)
         return self._found[1]
 
     def keys(self, now: datetime) -> dict[str, Any]:

@@ -34,17 +34,17 @@ def list_accounts(here: Here) -> Accounts:
 
 
 @routes.post("/accounts", status_code=201)
-def add_account(given: NewAccount, here: Here, who: By, response: Response) -> AccountRow:
+def add_account(body: NewAccount, here: Here, who: By, response: Response) -> AccountRow:
     """A new account."""
-    made = accounts.add_account(here.store, given, here.clock(), by=who.name)
+    made = accounts.add_account(here.store, body, here.clock(), by=who.name)
     etags.tag(response, made.etag)
     return made
 
 
 @routes.patch("/accounts/{name}")
-def change_account(name: str, given: Change, here: Here, who: By, request: Request, response: Response) -> AccountRow:
+def change_account(name: str, change: Change, here: Here, who: By, request: Request, response: Response) -> AccountRow:
     """Another role, password, language or state; its sessions end."""
-    changed = accounts.change_account(here.store, name, given, here.clock(), etags.wanted(request), by=who.name)
+    changed = accounts.change_account(here.store, name, change, here.clock(), etags.wanted(request), by=who.name)
     etags.tag(response, changed.etag)
     return changed
 
@@ -56,10 +56,10 @@ def list_keys(here: Here) -> Keys:
 
 
 @routes.post("/keys", status_code=201)
-def add_key(given: NewKey, here: Here, who: By, request: Request) -> MadeKey:
+def add_key(body: NewKey, here: Here, who: By, request: Request) -> MadeKey:
     """A new key, shown this once: a repeated request is not answered with it."""
     request.state.secret_answer = True
-    return keys.add_key(here.store, given, who.name, here.clock())
+    return keys.add_key(here.store, body, who.name, here.clock())
 
 
 @routes.delete("/keys/{id}", status_code=204)

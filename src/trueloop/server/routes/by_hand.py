@@ -7,7 +7,14 @@ from fastapi import Response
 from starlette.concurrency import run_in_threadpool
 
 from trueloop.factory.views.by_hand import CorrectedByHand, PartByHand
-from trueloop.jobs.factory.by_hand import Asked, correct_by_hand, hand_files, made_before, part_by_hand, tried_by_hand
+from trueloop.jobs.factory.by_hand import (
+    HandRequest,
+    correct_by_hand,
+    hand_files,
+    made_before,
+    part_by_hand,
+    tried_by_hand,
+)
 from trueloop.jobs.factory.hand_job import AskedPart, AskedReadings
 from trueloop.jobs.factory.uploads import upload_of
 from trueloop.server.apart.reading import answered, in_turn
@@ -26,22 +33,22 @@ class MeasuredPart:
 
 
 @routes.post("/by-hand/part")
-async def show_part(given: AskedPart, here: Here, who: By, say: Say) -> PartByHand:
+async def show_part(body: AskedPart, here: Here, who: By, say: Say) -> PartByHand:
     """The part that a finish program cuts, and what to measure of it. Nothing is kept."""
-    asked = Asked(given, None, who.name, say)
+    asked = HandRequest(body, None, who.name, say)
 
     def read() -> PartByHand:
         with hand_files(here.store, asked) as handed:
             found = answered(here.settings.limits, handed, part_by_hand)
-        return replace(found, made_before=made_before(here.store, given, found.tools))
+        return replace(found, made_before=made_before(here.store, body, found.tools))
 
     return await in_turn(here, read)
 
 
 @routes.post("/by-hand/correction", status_code=201)
-async def correct(given: MeasuredPart, here: Here, who: By, say: Say) -> CorrectedByHand:
+async def correct(body: MeasuredPart, here: Here, who: By, say: Say) -> CorrectedByHand:
     """The correction by what was measured; a part with a serial number is kept with it."""
-    asked = Asked(given.part, given.measured, who.name, say)
+    asked = HandRequest(body.part, body.measured, who.name, say)
     first = partial(answered, here.settings.limits, reading=tried_by_hand)
     return await in_turn(here, partial(correct_by_hand, here.store, asked, here.clock(), first))
 

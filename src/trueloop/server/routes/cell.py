@@ -92,46 +92,46 @@ def next_block(here: Here, who: By) -> Offer | None:
 
 
 @routes.post("/facts")
-def facts(given: Facts, here: Here, who: By) -> KnownRuns:
+def facts(body: Facts, here: Here, who: By) -> KnownRuns:
     """Records facts of runs; a repeated fact changes nothing."""
-    told = tuple(RunFact(one.run, one.what, one.at, one.witness, one.values) for one in given.facts)
+    told = tuple(RunFact(one.run, one.what, one.at, one.witness, one.values) for one in body.facts)
     done = carry_out(here.store, ask.RecordFacts(told), of(who), here.clock())
     return KnownRuns(tuple(done.answer))
 
 
 @routes.post("/touches")
-def touches(given: Touches, here: Here, who: By) -> Kept:
+def touches(body: Touches, here: Here, who: By) -> Kept:
     """Records the touches of a gauging run."""
     try:
-        content = b64decode(given.file, validate=True)
+        content = b64decode(body.file, validate=True)
     except (Error, ValueError):
-        raise refused_request(f"'file' of {given.name!r} is no base64 of {len(given.file)} characters") from None
-    done = carry_out(here.store, ask.RecordTouches(given.run, given.name, content), of(who), here.clock())
+        raise refused_request(f"'file' of {body.name!r} is no base64 of {len(body.file)} characters") from None
+    done = carry_out(here.store, ask.RecordTouches(body.run, body.name, content), of(who), here.clock())
     return Kept(str(done.answer))
 
 
 @routes.post("/temperatures", status_code=204, response_class=Response)
-def temperatures(given: Temperatures, here: Here, who: By) -> None:
+def temperatures(body: Temperatures, here: Here, who: By) -> None:
     """Records values of its sensors."""
-    wanted = ask.RecordTemperatures(who.machine, given.signals, given.at, given.run)
+    wanted = ask.RecordTemperatures(who.machine, body.signals, body.at, body.run)
     carry_out(here.store, wanted, of(who), here.clock())
 
 
 @routes.post("/heartbeat", status_code=204, response_class=Response)
-def heartbeat(given: Heartbeat, here: Here, who: By) -> None:
+def heartbeat(body: Heartbeat, here: Here, who: By) -> None:
     """Records the machine's state, every two seconds."""
     said: dict[str, Any] = {
-        "state": given.state,
-        "program": given.program,
-        "line": given.line,
-        "progress": given.progress,
-        "corrector": given.corrector,
-        "temperatures_c": given.temperatures_c,
+        "state": body.state,
+        "program": body.program,
+        "line": body.line,
+        "progress": body.progress,
+        "corrector": body.corrector,
+        "temperatures_c": body.temperatures_c,
     }
     heard(here.store, who.machine, said, of(who), here.clock())
 
 
 @routes.post("/trace", status_code=204, response_class=Response)
-def trace(given: Trace, here: Here, who: By, request: Request) -> None:
+def trace(body: Trace, here: Here, who: By, request: Request) -> None:
     """Takes the corrector's trace, as recorded beside the machine; shown, and not kept."""
-    request.app.state.traces.add(who.machine, given, here.clock())
+    request.app.state.traces.add(who.machine, body, here.clock())

@@ -14,7 +14,7 @@ from trueloop.factory.shown.orders import order_view
 from trueloop.factory.shown.programs import proposal_view
 from trueloop.factory.views.orders import OrderView
 from trueloop.factory.views.series import ProposalView
-from trueloop.jobs.factory.uploads import ReadAs, Upload, toml_read
+from trueloop.jobs.factory.uploads import ReadingOptions, Upload, toml_read
 from trueloop.server import etags
 from trueloop.server.apart.reading import read_apart
 from trueloop.server.guarded import By, Here, Row, RowPath, Service, factory_by, router
@@ -88,77 +88,77 @@ class Said:
 
 
 @routes.post("/orders", status_code=201)
-async def plan(given: ask.PlanOrder, here: Here, who: By, response: Response) -> OrderView:
+async def plan(body: ask.PlanOrder, here: Here, who: By, response: Response) -> OrderView:
     """A new order; its route is frozen."""
-    for name, text in (("job_toml", given.job_toml), ("probe_toml", given.probe_toml)):
+    for name, text in (("job_toml", body.job_toml), ("probe_toml", body.probe_toml)):
         if text:
             content = text.encode()
-            await read_apart(here, Upload(name, sha256(content).hexdigest(), content), ReadAs(), toml_read)
-    return await run_in_threadpool(_planned, given, here, who, response)
+            await read_apart(here, Upload(name, sha256(content).hexdigest(), content), ReadingOptions(), toml_read)
+    return await run_in_threadpool(_planned, body, here, who, response)
 
 
-def _planned(given: ask.PlanOrder, here: Service, who: Who, response: Response) -> OrderView:
-    done = carry_out(here.store, given, factory_by(who), here.clock())
+def _planned(order: ask.PlanOrder, here: Service, who: Who, response: Response) -> OrderView:
+    done = carry_out(here.store, order, factory_by(who), here.clock())
     return _shown(here, done.orders[0].order.id, response)
 
 
 @routes.post("/orders/{id}/hold")
-def hold(id: str, given: HoldPart, here: Here, who: By, request: Request, response: Response) -> OrderView:
+def hold(id: str, body: HoldPart, here: Here, who: By, request: Request, response: Response) -> OrderView:
     """Holds a part."""
-    return _changed(here, who, id, ask.Hold(id, given.part, given.why), request, response)
+    return _changed(here, who, id, ask.Hold(id, body.part, body.why), request, response)
 
 
 @routes.post("/orders/{id}/decide")
-def decide(id: str, given: Decision, here: Here, who: By, request: Request, response: Response) -> OrderView:
+def decide(id: str, body: Decision, here: Here, who: By, request: Request, response: Response) -> OrderView:
     """Decides what a step has done."""
-    wanted = ask.DecideStep(id, given.part, given.step, given.verdict, given.why)
+    wanted = ask.DecideStep(id, body.part, body.step, body.verdict, body.why)
     return _changed(here, who, id, wanted, request, response)
 
 
 @routes.post("/orders/{id}/arm")
-def arm(id: str, given: ArmParts, here: Here, who: By, request: Request, response: Response) -> OrderView:
+def arm(id: str, body: ArmParts, here: Here, who: By, request: Request, response: Response) -> OrderView:
     """Arms an order. Only at the machine: with its key. A browser may be anywhere."""
-    return _changed(here, who, id, ask.Arm(id, given.parts, given.why), request, response)
+    return _changed(here, who, id, ask.Arm(id, body.parts, body.why), request, response)
 
 
 @routes.post("/orders/{id}/parts/{part}/record")
 def record(
-    id: str, part: RowPath, given: DoneByHand, here: Here, who: By, request: Request, response: Response
+    id: str, part: RowPath, body: DoneByHand, here: Here, who: By, request: Request, response: Response
 ) -> OrderView:
     """Records a step that a person did."""
-    return _changed(here, who, id, ask.RecordStep(id, part, given.step, given.why), request, response)
+    return _changed(here, who, id, ask.RecordStep(id, part, body.step, body.why), request, response)
 
 
 @routes.post("/proposals/{id}/accept")
-def accept(id: str, given: Judged, here: Here, who: By, request: Request, response: Response) -> ProposalView:
+def accept(id: str, body: Judged, here: Here, who: By, request: Request, response: Response) -> ProposalView:
     """Accepts a proposal."""
-    return _judged(here, who, ask.DecideProposal(id, "accepted", given.why, given.overrides), request, response)
+    return _judged(here, who, ask.DecideProposal(id, "accepted", body.why, body.overrides), request, response)
 
 
 @routes.post("/proposals/{id}/reject")
-def reject(id: str, given: Judged, here: Here, who: By, request: Request, response: Response) -> ProposalView:
+def reject(id: str, body: Judged, here: Here, who: By, request: Request, response: Response) -> ProposalView:
     """Rejects a proposal."""
-    return _judged(here, who, ask.DecideProposal(id, "rejected", given.why, given.overrides), request, response)
+    return _judged(here, who, ask.DecideProposal(id, "rejected", body.why, body.overrides), request, response)
 
 
 @routes.post("/alarms/{id}/acknowledge")
-def acknowledge(id: RowPath, given: Why, here: Here, who: By) -> Said:
+def acknowledge(id: RowPath, body: Why, here: Here, who: By) -> Said:
     """Somebody has seen an alarm."""
-    carry_out(here.store, ask.Acknowledge(id, given.why), factory_by(who), here.clock())
+    carry_out(here.store, ask.Acknowledge(id, body.why), factory_by(who), here.clock())
     return Said()
 
 
 @routes.post("/programs/{sha}/release")
-def release(sha: str, given: Why, here: Here, who: By) -> Said:
+def release(sha: str, body: Why, here: Here, who: By) -> Said:
     """A program may be sent to machines."""
-    carry_out(here.store, ask.ReleaseProgram(sha, given.why), factory_by(who), here.clock())
+    carry_out(here.store, ask.ReleaseProgram(sha, body.why), factory_by(who), here.clock())
     return Said()
 
 
 @routes.post("/machines/{name:path}/calibrated")
-def calibrated(name: str, given: CalibratedBy, here: Here, who: By) -> Said:
+def calibrated(name: str, body: CalibratedBy, here: Here, who: By) -> Said:
     """A machine's probe was calibrated now."""
-    carry_out(here.store, ask.Calibrated(name, given.values), factory_by(who), here.clock())
+    carry_out(here.store, ask.Calibrated(name, body.values), factory_by(who), here.clock())
     return Said()
 
 

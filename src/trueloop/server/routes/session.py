@@ -74,22 +74,20 @@ def set_cookie(here: Service, response: Response, value: str) -> None:
 
 
 @routes.post("/session")
-def sign_in(given: SignIn, here: Here, request: Request, response: Response) -> Me:
+def sign_in(body: SignIn, here: Here, request: Request, response: Response) -> Me:
     """Begins a new session, with an id that nobody knew before; the one that was open ends."""
     address = request.client.host if request.client else ""
-    with here.attempts.attempt(given.name, address):
-        account = sessions.account_by_password(here.store, given.name, given.password)
+    with here.attempts.attempt(body.name, address):
+        account = sessions.account_by_password(here.store, body.name, body.password)
     return _begun(here, account, request, response)
 
 
 @routes.post("/session/first")
-def make_first_account(given: First, here: Here, request: Request, response: Response) -> Me:
+def make_first_account(body: First, here: Here, request: Request, response: Response) -> Me:
     """Makes the first account of a new store, and begins its session."""
     first: accounts.FirstAccount = request.app.state.first
-    first.add(
-        given.secret, accounts.NewAccount(given.name, "admin", given.password, language=given.language), here.clock()
-    )
-    account = sessions.account_by_password(here.store, given.name, given.password)
+    first.add(body.secret, accounts.NewAccount(body.name, "admin", body.password, language=body.language), here.clock())
+    account = sessions.account_by_password(here.store, body.name, body.password)
     return _begun(here, account, request, response)
 
 
@@ -123,21 +121,21 @@ def me(who: By) -> Me:
 
 
 @routes.patch("/me")
-async def change_me(given: Mine, here: Here, who: By, request: Request, response: Response) -> Me:
+async def change_me(body: Mine, here: Here, who: By, request: Request, response: Response) -> Me:
     """Changes language, unit or password of one's own account; guessing the present one costs what signing in does."""
     address = request.client.host if request.client else ""
 
     def change() -> None:
-        if given.password is not None:
+        if body.password is not None:
             with here.attempts.attempt(who.name, address):
-                if not is_right(accounts.stored_password(here.store, who.name), given.present_password or ""):
+                if not is_right(accounts.stored_password(here.store, who.name), body.present_password or ""):
                     raise Code.SRV_LOGIN.refusal(
                         "the present password is not right", hint="type the password that holds now"
                     )
-        wanted = accounts.Change(password=given.password, language=given.language, unit=given.unit)
+        wanted = accounts.Change(password=body.password, language=body.language, unit=body.unit)
         accounts.change_account(here.store, who.name, wanted, here.clock())
 
     await run_in_threadpool(change)
-    if given.password is not None:
+    if body.password is not None:
         set_cookie_gone(here, response)
-    return me_of(replace(who, language=given.language or who.language, unit=given.unit or who.unit))
+    return me_of(replace(who, language=body.language or who.language, unit=body.unit or who.unit))

@@ -62,8 +62,8 @@ def place_of(secret: bytes, of: str, cursor: str) -> list[str | int]:
     return found
 
 
-def _signature(secret: bytes, of: str, said: bytes) -> bytes:
-    return hmac.digest(secret, of.encode() + b"\n" + said, "sha256")[:_SIGNED]
+def _signature(secret: bytes, of: str, text: bytes) -> bytes:
+    return hmac.digest(secret, of.encode() + b"\n" + text, "sha256")[:_SIGNED]
 
 
 def _refused(cursor: str) -> TrueloopError:

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, TypeVar
 from fastapi import Query, Request
 
 from trueloop.jobs.diagnose import diagnosed
-from trueloop.jobs.diagnose.diagnosed import Asked
+from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
 from trueloop.jobs.monitor.charts import charts_of
 from trueloop.loops.monitor.options import BASELINE, ChartOptions
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
@@ -54,7 +54,7 @@ def show_charts(
 @routes.get("/diagnosis/series/{part_type:path}")
 def diagnose_series(part_type: str, here: Here, request: Request, say: Say) -> SeriesDiagnosisShape:
     """Diagnoses the parts of a type: causes with probabilities, evidence, remedy, and deciding measurement."""
-    asked = Asked(part_type)
+    asked = DiagnosisOptions(part_type)
     shape = worked_out(request, here, ("series", part_type), lambda: diagnosed.series(here.store, asked))
     return said(shape, say)
 
@@ -65,5 +65,5 @@ def diagnose_part(
 ) -> PartDiagnosisShape:
     """The diagnosis of one part."""
     asked = ("part", serial, part_type)
-    shape = worked_out(request, here, asked, lambda: diagnosed.part(here.store, serial, Asked(part_type)))
+    shape = worked_out(request, here, asked, lambda: diagnosed.part(here.store, serial, DiagnosisOptions(part_type)))
     return said(shape, say)

@@ -13,7 +13,7 @@ from trueloop.factory.views.parts import CertificateRow
 from trueloop.factory.views.uploads import ImportedView, UploadView
 from trueloop.jobs.factory.correction_page import certify
 from trueloop.jobs.factory.imports import OfPart, import_measurement, import_program
-from trueloop.jobs.factory.uploads import ReadAs, add_upload, inspected, program_read, upload_of, upload_view
+from trueloop.jobs.factory.uploads import ReadingOptions, add_upload, inspected, program_read, upload_of, upload_view
 from trueloop.server.apart.reading import read_apart
 from trueloop.server.guarded import By, Here, Row, factory_by, router
 
@@ -57,37 +57,37 @@ async def upload(request: Request, name: Name, here: Here, who: By) -> UploadVie
     """A file, as the request's body. Nothing of it is a fact yet; it is forgotten after a day."""
     content = await request.body()
     kept = await run_in_threadpool(add_upload, here.store, name, content, who.name, here.clock())
-    return await read_apart(here, kept, ReadAs(), upload_view)
+    return await read_apart(here, kept, ReadingOptions(), upload_view)
 
 
 @routes.post("/uploads/{sha}/read")
-async def read(sha: str, given: ReadAs, here: Here, who: By) -> UploadView:
+async def read(sha: str, body: ReadingOptions, here: Here, who: By) -> UploadView:
     """Reads the file again in another way."""
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
-    return await read_apart(here, found, given, upload_view)
+    return await read_apart(here, found, body, upload_view)
 
 
 @routes.post("/uploads/{sha}/program", status_code=201)
-async def as_program(sha: str, given: AsProgram, here: Here, who: By) -> ImportedView:
+async def as_program(sha: str, body: AsProgram, here: Here, who: By) -> ImportedView:
     """Kept as a program, which may be released then."""
-    asked = ReadAs("program", given.dialect, given.unit)
+    asked = ReadingOptions("program", body.dialect, body.unit)
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
     known = await read_apart(here, found, asked, program_read)
     return await run_in_threadpool(import_program, here.store, found, known, factory_by(who))
 
 
 @routes.post("/uploads/{sha}/measurement", status_code=201)
-async def as_measurement(sha: str, given: AsMeasurement, here: Here, who: By) -> ImportedView:
+async def as_measurement(sha: str, body: AsMeasurement, here: Here, who: By) -> ImportedView:
     """Kept as what was measured of a part."""
-    asked = ReadAs("measurement", None, given.unit, given.order, given.mapping_toml)
-    of = OfPart(given.order, given.part, given.after, given.run, given.measured_at)
+    asked = ReadingOptions("measurement", None, body.unit, body.order, body.mapping_toml)
+    of = OfPart(body.order, body.part, body.after, body.run, body.measured_at)
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
     known = await read_apart(here, found, asked, inspected)
     return await run_in_threadpool(import_measurement, here.store, found, known, of, factory_by(who), here.clock())
 
 
 @routes.post("/certificates", status_code=201)
-def certificate(given: CertifyPart, here: Here, who: By) -> CertificateRow:
+def certificate(body: CertifyPart, here: Here, who: By) -> CertificateRow:
     """A part's certificate, from what is known of it now."""
-    sha256 = certify(here.store, given.part, given.language, factory_by(who), here.clock(), given.u_um)
-    return certificate_row(here.store, given.part, sha256)
+    sha256 = certify(here.store, body.part, body.language, factory_by(who), here.clock(), body.u_um)
+    return certificate_row(here.store, body.part, sha256)

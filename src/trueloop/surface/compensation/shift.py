@@ -56,9 +56,9 @@ def moved_locations(
     return MovedLocations(moved, cutting, before.gap_mm)
 
 
-def is_cutting(found: Contacts, cuts_mm: float = CUTS_MM) -> np.ndarray:
+def is_cutting(contacts: Contacts, cuts_mm: float = CUTS_MM) -> np.ndarray:
     """At which places (n,) the cutter finishes the surface."""
-    return np.asarray((np.abs(found.gap_mm) <= cuts_mm) & (found.feet.beyond_mm <= cuts_mm))
+    return np.asarray((np.abs(contacts.gap_mm) <= cuts_mm) & (contacts.feet.beyond_mm <= cuts_mm))
 
 
 def _moved(

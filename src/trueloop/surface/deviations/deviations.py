@@ -166,7 +166,7 @@ def _aside(points: MeasuredPoints, there: Flags, feet: Feet, aside: Flags) -> It
 
 
 def _filled(
-    points: MeasuredPoints, there: np.ndarray, feet: Feet, alignment: Alignment, found: tuple[Finding, ...]
+    points: MeasuredPoints, there: np.ndarray, feet: Feet, alignment: Alignment, findings: tuple[Finding, ...]
 ) -> SurfaceDeviations:
     def whole(values: Array) -> Array:
         filled = np.full((len(there), *values.shape[1:]), np.nan)
@@ -184,24 +184,24 @@ def _filled(
         error_mm=error,
         shape=points.shape,
         alignment=alignment,
-        findings=found,
+        findings=findings,
     )
 
 
-def _once(points: MeasuredPoints, found: SurfaceDeviations) -> SurfaceDeviations:
+def _once(points: MeasuredPoints, deviations: SurfaceDeviations) -> SurfaceDeviations:
     """Places measured more than once have their mean, at their first point; the other points become holes."""
-    at = np.flatnonzero(found.measured)
-    if found.shape is not None:
-        refuse_twice(points, at, first_of_place(found.nominal_mm[at]))
-        return found
-    error, twice = averaged(found.nominal_mm[at], found.error_mm[at])
+    at = np.flatnonzero(deviations.measured)
+    if deviations.shape is not None:
+        refuse_twice(points, at, first_of_place(deviations.nominal_mm[at]))
+        return deviations
+    error, twice = averaged(deviations.nominal_mm[at], deviations.error_mm[at])
     if twice is None:
-        return found
-    values = found.error_mm.copy()
+        return deviations
+    values = deviations.error_mm.copy()
     values[at] = error
     _enough(points, np.isfinite(values))
     averaged_places = reported_twice(points, twice, at).in_file(points.file)
-    return replace(found, error_mm=values, findings=(*found.findings, averaged_places))
+    return replace(deviations, error_mm=values, findings=(*deviations.findings, averaged_places))
 
 
 def _enough(points: MeasuredPoints, there: np.ndarray) -> None:

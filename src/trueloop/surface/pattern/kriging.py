@@ -107,7 +107,7 @@ def fitted_process(at_mm: Array, values_mm: Array, sides_mm: Sides, step_mm: flo
     if len(values_mm) > SOME:
         some = np.random.default_rng(1).choice(len(values_mm), SOME, replace=False)
         at_mm, values_mm = at_mm[some], values_mm[some]
-    judged = _Judged(at_mm, values_mm, (FORM_SIDES * sides_mm[0], FORM_SIDES * sides_mm[1]))
+    judged = _Judgement(at_mm, values_mm, (FORM_SIDES * sides_mm[0], FORM_SIDES * sides_mm[1]))
     low, high = np.log(step_mm / 2), np.log(max(sides_mm))
 
     def process(x: Array) -> Process:
@@ -125,7 +125,7 @@ def fitted_process(at_mm: Array, values_mm: Array, sides_mm: Sides, step_mm: flo
 
 
 @dataclass(frozen=True, eq=False)
-class _Judged:
+class _Judgement:
     """Values at places, by which processes are judged that are known up to a common scale."""
 
     at_mm: Array

@@ -104,7 +104,7 @@ def faded(parts: Sequence[Separation]) -> tuple[tuple[SplineSurface, ...], Suppo
 
 
 @dataclass(frozen=True, eq=False)
-class _Expected:
+class _ExpectedError:
     """The kriging prediction of every part at places, its variance by that part's points, (parts, m) both, and by those
     of all parts (m,).
     """
@@ -130,12 +130,14 @@ class Pooled:
         return np.asarray(np.nanmean(self.values_mm, axis=0))
 
 
-def _expected(process: Process, values: Pooled, where: Array) -> _Expected:
+def _expected(process: Process, values: Pooled, where: Array) -> _ExpectedError:
     """Where a part has no value, the mean of the others stands, with what its own values differ from it."""
     whole, there = Kriging(process, values.at_mm), np.isfinite(values.values_mm)
     variance = whole.variance_mm2(where)
     if np.all(there):
-        return _Expected(whole.expected_mm(values.values_mm.T, where).T, np.tile(variance, (len(there), 1)), variance)
+        return _ExpectedError(
+            whole.expected_mm(values.values_mm.T, where).T, np.tile(variance, (len(there), 1)), variance
+        )
     mean = whole.expected_mm(values.mean_mm[:, None], np.concatenate([where, values.at_mm]))[:, 0]
     beside, at_points = mean[: len(where)], mean[len(where) :]
     alone = [Kriging(process, values.at_mm[has]) for has in there]
@@ -143,19 +145,19 @@ def _expected(process: Process, values: Pooled, where: Array) -> _Expected:
         beside + own.expected_mm((some - at_points)[has, None], where)[:, 0]
         for own, some, has in zip(alone, values.values_mm, there, strict=True)
     ]
-    return _Expected(np.stack(expected), np.stack([own.variance_mm2(where) for own in alone]), variance)
+    return _ExpectedError(np.stack(expected), np.stack([own.variance_mm2(where) for own in alone]), variance)
 
 
-def _support(process: Process, widening: float, share: Array, bare: np.ndarray, found: _Expected) -> Support:
+def _support(process: Process, widening: float, share: Array, bare: np.ndarray, expected: _ExpectedError) -> Support:
     yardstick, best = process.waves_mm2 + process.noise_mm2, np.max(share[:, bare], axis=0)
     known, deviation, parts = (
         np.ones(share.shape[1]),
         np.zeros(share.shape[1]),
         np.full(share.shape[1], len(share) * 1.0),
     )
-    known[bare] = np.maximum(np.clip(1 - found.variance_mm2 / yardstick, 0.0, 1.0), best)
-    deviation[bare] = widening * np.sqrt((1 - best) * found.variance_mm2)
-    backing = np.maximum(1 - np.clip(found.own_mm2 / yardstick, 0.0, 1.0), share[:, bare])
+    known[bare] = np.maximum(np.clip(1 - expected.variance_mm2 / yardstick, 0.0, 1.0), best)
+    deviation[bare] = widening * np.sqrt((1 - best) * expected.variance_mm2)
+    backing = np.maximum(1 - np.clip(expected.own_mm2 / yardstick, 0.0, 1.0), share[:, bare])
     most = np.max(backing, axis=0)
     parts[bare] = np.where(most > 0, np.sum(backing, axis=0) / np.where(most > 0, most, 1.0), len(share))
     square = (SUPPORT, SUPPORT)

@@ -269,7 +269,7 @@ def _trial(near: Neighbourhood, errors: Array, size: Size) -> Trial:
 
 
 def _taken_apart(
-    near: Neighbourhood, errors: Array, chosen: Trial, criterion: str, found: tuple[Finding, ...]
+    near: Neighbourhood, errors: Array, chosen: Trial, criterion: str, findings: tuple[Finding, ...]
 ) -> Separation:
     span = projector(near.places, chosen.size)
     residuals = span.residuals(errors)
@@ -281,7 +281,7 @@ def _taken_apart(
         chosen=chosen,
         sigma_mm=float(np.sqrt(np.sum(residuals**2) / (len(errors) - span.rank))),
         criterion=criterion,
-        findings=found,
+        findings=findings,
     )
 
 

@@ -73,10 +73,10 @@ class Covariance:
         total = np.maximum(found + np.einsum("mi,ij,mj->m", gains, self.stated, gains), 0.0)
         return np.sqrt(total), [self._freedom(f, t) for f, t in zip(found.tolist(), total.tolist(), strict=True)]
 
-    def _freedom(self, found: float, total: float) -> int | None:
-        if self.degrees_of_freedom is None or found <= 0.0:
+    def _freedom(self, freedom: float, total: float) -> int | None:
+        if self.degrees_of_freedom is None or freedom <= 0.0:
             return None
-        effective = self.degrees_of_freedom * (total / found) ** 2
+        effective = self.degrees_of_freedom * (total / freedom) ** 2
         return int(effective) if effective < 1000.0 else None
 
 
@@ -210,38 +210,38 @@ DRAWS: Final = 10_000
 """Parts drawn where several sizes have to be in together: a probability is good to 0.5 %."""
 
 
-def judged(asked: Characteristic, sizes: Measurand, error_mm: Array, covariance: Covariance) -> Judgement:
+def judged(characteristic: Characteristic, sizes: Measurand, error_mm: Array, covariance: Covariance) -> Judgement:
     """Judges one size by its distribution; of several, the one least likely to be in, and the probability of all."""
     values = sizes.nominal + sizes.gains @ error_mm
-    if asked.quantity is Quantity.FORM:
-        return _form(asked, _drawn(values, sizes.gains, covariance))
+    if characteristic.quantity is Quantity.FORM:
+        return _form(characteristic, _drawn(values, sizes.gains, covariance))
     standard_u, freedom = covariance.of(sizes.gains)
     each = [
-        judge(value, u, known, asked.lower_limit, asked.upper_limit)
+        judge(value, u, known, characteristic.lower_limit, characteristic.upper_limit)
         for value, u, known in zip(values.tolist(), standard_u.tolist(), freedom, strict=True)
     ]
     worst = min(each, key=lambda one: (one.probability_in or 0.0, one.margin or 0.0))
     return (
         worst
         if len(each) == 1 or worst.probability_in is None
-        else _together(asked, worst, _drawn(values, sizes.gains, covariance))
+        else _together(characteristic, worst, _drawn(values, sizes.gains, covariance))
     )
 
 
-def _together(asked: Characteristic, worst: Judgement, drawn: Array) -> Judgement:
+def _together(characteristic: Characteristic, worst: Judgement, drawn: Array) -> Judgement:
     """Returns the worst size with the probability that all are in, and proven in only where that is proven."""
-    low = -np.inf if asked.lower_limit is None else asked.lower_limit
-    high = np.inf if asked.upper_limit is None else asked.upper_limit
+    low = -np.inf if characteristic.lower_limit is None else characteristic.lower_limit
+    high = np.inf if characteristic.upper_limit is None else characteristic.upper_limit
     share = float(np.mean(np.all((drawn >= low) & (drawn <= high), axis=1)))
     probability = share if worst.probability_in is None else min(share, worst.probability_in)
     unproven = worst.verdict == "in" and probability < PROVEN
     return replace(worst, probability_in=probability, verdict="undecided" if unproven else worst.verdict)
 
 
-def _form(asked: Characteristic, drawn: Array) -> Judgement:
+def _form(characteristic: Characteristic, drawn: Array) -> Judgement:
     """Judges the range of the residuals of a fitted line or circle: never negative, so judged by its share alone."""
     form = np.ptp(drawn, axis=1)
-    upper, value = asked.upper_limit, float(np.mean(form))
+    upper, value = characteristic.upper_limit, float(np.mean(form))
     if upper is None:
         return Judgement(
             value=value,

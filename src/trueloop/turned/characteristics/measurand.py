@@ -52,7 +52,7 @@ class Measurand:
 
 
 def measurand(
-    profile: Profile, asked: Characteristic, touches: NDArray[np.intp], part_zero_z_mm: float = 0.0
+    profile: Profile, characteristic: Characteristic, touches: NDArray[np.intp], part_zero_z_mm: float = 0.0
 ) -> Measurand:
     """Returns the sizes of a characteristic; `touches` counts those on every feature of the profile.
 
@@ -60,20 +60,20 @@ def measurand(
     out as far as touches show. `part_zero_z_mm` is z of the part's zero in the frame of the profile. Raises TOL-FEATURE
     and TOL-PLACE for what the part does not have.
     """
-    index = feature_index(profile, asked)
+    index = feature_index(profile, characteristic)
     feature = profile.features[index]
     count = int(touches[index])
-    match asked.quantity:
+    match characteristic.quantity:
         case Quantity.DIAMETER:
-            return _diameter(index, feature, asked, count)
+            return _diameter(index, feature, characteristic, count)
         case Quantity.LENGTH:
-            return _length(profile, index, asked, touches, part_zero_z_mm)
+            return _length(profile, index, characteristic, touches, part_zero_z_mm)
         case Quantity.ANGLE:
-            return _angle(index, feature, asked, count)
+            return _angle(index, feature, characteristic, count)
         case Quantity.RADIUS:
             # The radius of the least-squares circle, its centre free
             if not isinstance(feature, Arc):
-                raise no_such(asked, "it is no arc", "of a cylinder or a cone, ask for a diameter")
+                raise no_such(characteristic, "it is no arc", "of a cylinder or a cone, ask for a diameter")
             s = spread(feature, max(count, LEAST_PLACES))
             row = np.linalg.pinv(_circle(feature, s))[0]
             return Measurand(np.full(len(s), index), s, np.array([feature.radius_mm]), row[None, :])
@@ -81,27 +81,27 @@ def measurand(
             return _form(index, feature, count)
         case _:
             known = "diameter, length, angle, radius and form are"
-            raise no_such(asked, f"a {asked.quantity} of a turned part is not judged", known)
+            raise no_such(characteristic, f"a {characteristic.quantity} of a turned part is not judged", known)
 
 
-def feature_index(profile: Profile, asked: Characteristic, name: str | None = None) -> int:
+def feature_index(profile: Profile, characteristic: Characteristic, name: str | None = None) -> int:
     """Returns the index in the profile of the feature of a characteristic, or of another one it names."""
-    name = asked.feature if name is None else name
+    name = characteristic.feature if name is None else name
     if name not in profile.names:
         raise Code.TOL_FEATURE.refusal(
-            f"characteristic {asked.name!r} is of feature {name!r}, which the part does not have",
+            f"characteristic {characteristic.name!r} is of feature {name!r}, which the part does not have",
             hint=f"its features are {', '.join(profile.names)}",
-            values={"characteristic": asked.name, "feature": name},
+            values={"characteristic": characteristic.name, "feature": name},
         )
     return profile.names.index(name)
 
 
-def no_such(asked: Characteristic, why: str, hint: str) -> TrueloopError:
+def no_such(characteristic: Characteristic, why: str, hint: str) -> TrueloopError:
     """Returns the refusal of a characteristic that its feature cannot have."""
     return Code.TOL_PLACE.refusal(
-        f"characteristic {asked.name!r} of feature {asked.feature!r}: {why}",
+        f"characteristic {characteristic.name!r} of feature {characteristic.feature!r}: {why}",
         hint=hint,
-        values={"characteristic": asked.name, "feature": asked.feature},
+        values={"characteristic": characteristic.name, "feature": characteristic.feature},
     )
 
 
@@ -185,13 +185,13 @@ def spread(feature: Feature, count: int) -> Array:
     return feature.length_mm * (np.arange(count) + 0.5) / count
 
 
-def _arc_length_at(feature: Feature, asked: Characteristic, z_mm: float) -> float:
+def _arc_length_at(feature: Feature, characteristic: Characteristic, z_mm: float) -> float:
     """Returns the arc length at which a feature passes a z; the one place of it."""
     found = [s for s in _crossings(feature, z_mm) if -1e-9 <= s <= feature.length_mm + 1e-9]
     if len(found) != 1:
         ends = f"it runs from z {feature.start_mm[1]:.3f} to {feature.end_mm[1]:.3f} mm"
         why = f"z {z_mm:.3f} mm is not on it" if not found else f"it passes z {z_mm:.3f} mm {len(found)} times"
-        raise no_such(asked, why, ends)
+        raise no_such(characteristic, why, ends)
     return min(max(found[0], 0.0), feature.length_mm)
 
 
@@ -213,33 +213,33 @@ FACTOR_WITHIN: Final = 0.02
 """A ratio this close to 2 or 1/2 is that of a diameter and its radius."""
 
 
-def profile_has(asked: Characteristic, profile: Profile) -> float:
+def profile_has(characteristic: Characteristic, profile: Profile) -> float:
     """Returns the nominal of a characteristic on the profile, mm or degrees. Raises TOL-FEATURE and TOL-PLACE."""
     untouched = np.zeros(len(profile.features), dtype=np.intp)
-    return float(measurand(profile, asked, untouched).nominal[0])
+    return float(measurand(profile, characteristic, untouched).nominal[0])
 
 
-def with_nominal(asked: Characteristic, nominal: float | None, profile: Profile) -> Characteristic:
+def with_nominal(characteristic: Characteristic, nominal: float | None, profile: Profile) -> Characteristic:
     """Returns the characteristic with its nominal: the given one, or the profile's."""
-    has = profile_has(asked, profile)
+    has = profile_has(characteristic, profile)
     if nominal is None:
-        return replace(asked, nominal=has)
-    if asked.quantity in (Quantity.DIAMETER, Quantity.RADIUS) and has > 0.0:
+        return replace(characteristic, nominal=has)
+    if characteristic.quantity in (Quantity.DIAMETER, Quantity.RADIUS) and has > 0.0:
         for factor, words in ((2.0, "twice"), (0.5, "half")):
             if abs(nominal / has / factor - 1.0) < FACTOR_WITHIN:
-                raise _not_the_profiles(asked, nominal, has, f"{words} of")
-    return replace(asked, nominal=nominal)
+                raise _not_the_profiles(characteristic, nominal, has, f"{words} of")
+    return replace(characteristic, nominal=nominal)
 
 
-def place_of(one: Characteristic, profile: Profile) -> tuple[object, ...]:
+def place_of(characteristic: Characteristic, profile: Profile) -> tuple[object, ...]:
     """Returns what is measured where: two characteristics that agree in it are the same.
 
     A face at z = 0 is the part's zero, from which a length counts that names no other face.
     """
-    ends = {one.feature, one.other}
-    if one.quantity is Quantity.LENGTH:
+    ends = {characteristic.feature, characteristic.other}
+    if characteristic.quantity is Quantity.LENGTH:
         ends = {"" if abs(_z_mm(profile, name)) < SAME else name for name in ends}
-    return one.quantity, frozenset(ends), one.at_z_mm
+    return characteristic.quantity, frozenset(ends), characteristic.at_z_mm
 
 
 def _z_mm(profile: Profile, name: str) -> float:
@@ -249,22 +249,22 @@ def _z_mm(profile: Profile, name: str) -> float:
 
 
 def checked(
-    asked: Characteristic, lower: float | None, upper: float | None, tolerance: str, profile: Profile
+    characteristic: Characteristic, lower: float | None, upper: float | None, tolerance: str, profile: Profile
 ) -> Characteristic:
     """Returns the characteristic with its limits. Raises TOL-ZONE where they are empty or exclude the nominal."""
-    unit, limits = asked.quantity.unit, (lower, upper)
+    unit, limits = characteristic.quantity.unit, (lower, upper)
     words = " to ".join("…" if one is None else f"{one:.4f}" for one in limits) + f" {unit}"
     if lower is not None and upper is not None and lower >= upper:
-        raise _zone(asked, f"its limits {words} hold nothing between them", "the smaller one is `lower_limit`")
-    has = profile_has(asked, profile)
+        raise _zone(characteristic, f"its limits {words} hold nothing between them", "the smaller one is `lower_limit`")
+    has = profile_has(characteristic, profile)
     if (lower is not None and has < lower - SAME) or (upper is not None and has > upper + SAME):
         raise _zone(
-            asked,
+            characteristic,
             f"its limits {words} exclude the {has:.4f} {unit} that the profile has, which the correction aims at",
             "limits are absolute and in diameters of a diameter; of a fit away from the nominal, draw the profile to "
             "the middle of the zone and give the drawing's `characteristic.nominal`",
         )
-    return replace(asked, lower_limit=lower, upper_limit=upper, tolerance=tolerance)
+    return replace(characteristic, lower_limit=lower, upper_limit=upper, tolerance=tolerance)
 
 
 def usual(feature: Feature) -> Characteristic | None:
@@ -291,9 +291,9 @@ def edge_of(profile: Profile, index: int) -> Edge:
     return Edge(feature.length_mm, tangent and 0.0 < turns <= math.pi / 2 + ALONG)
 
 
-def _zone(asked: Characteristic, why: str, hint: str) -> TrueloopError:
-    message = f"characteristic {asked.name!r}: {why}"
-    return Code.TOL_ZONE.refusal(message, hint=hint, values={"characteristic": asked.name})
+def _zone(characteristic: Characteristic, why: str, hint: str) -> TrueloopError:
+    message = f"characteristic {characteristic.name!r}: {why}"
+    return Code.TOL_ZONE.refusal(message, hint=hint, values={"characteristic": characteristic.name})
 
 
 def _not_the_profiles(asked: Characteristic, nominal: float, has: float, ratio: str) -> TrueloopError:

@@ -153,10 +153,10 @@ def weighted_sum(parts: tuple[tuple[float, Shift], ...]) -> Shift:
     return Shift(breaks, rows)
 
 
-def product(one: Shift, other: Shift) -> Shift:
+def product(shift: Shift, other: Shift) -> Shift:
     """Returns the product of the two."""
-    breaks = np.union1d(one.breaks_mm, other.breaks_mm)
-    a, b = one.on_breaks(breaks), other.on_breaks(breaks)
+    breaks = np.union1d(shift.breaks_mm, other.breaks_mm)
+    a, b = shift.on_breaks(breaks), other.on_breaks(breaks)
     rows = np.zeros((len(breaks) + 1, a.shape[1] + b.shape[1] - 1))
     for k in range(a.shape[1]):
         rows[:, k : k + b.shape[1]] += a[:, k : k + 1] * b

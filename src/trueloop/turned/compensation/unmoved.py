@@ -61,51 +61,51 @@ def unmoved(model: ProfileErrorModel) -> list[Seen]:
     ]
 
 
-def _no_gain(model: ProfileErrorModel, one: Seen) -> bool:
-    pairs = zip(one.feature_index.tolist(), one.arc_length_mm.tolist(), strict=True)
-    gain = one.weight @ np.array([model.profile.features[index].outward_normal(s) for index, s in pairs])
-    return bool(np.all(np.abs(gain) <= NO_GAIN * np.sum(np.abs(one.weight))))
+def _no_gain(model: ProfileErrorModel, reading: Seen) -> bool:
+    pairs = zip(reading.feature_index.tolist(), reading.arc_length_mm.tolist(), strict=True)
+    gain = reading.weight @ np.array([model.profile.features[index].outward_normal(s) for index, s in pairs])
+    return bool(np.all(np.abs(gain) <= NO_GAIN * np.sum(np.abs(reading.weight))))
 
 
-def _is_shown(one: Seen, vectors: ErrorVectors) -> bool:
+def _is_shown(reading: Seen, vectors: ErrorVectors) -> bool:
     """Returns whether every place of a reading is a point of the fit: the test of the axes weighs it there."""
 
     def shown(index: int, s: float) -> bool:
         same: NDArray[np.bool_] = vectors.feature_index == index
         return bool(np.any(same & (np.abs(vectors.arc_length_mm - s) < SAME_POINT_MM)))
 
-    return all(shown(i, s) for i, s in zip(one.feature_index.tolist(), one.arc_length_mm.tolist(), strict=True))
+    return all(shown(i, s) for i, s in zip(reading.feature_index.tolist(), reading.arc_length_mm.tolist(), strict=True))
 
 
-def _norm(one: Seen) -> float:
-    return float(np.linalg.norm(one.weight))
+def _norm(reading: Seen) -> float:
+    return float(np.linalg.norm(reading.weight))
 
 
-def _told_mm(model: ProfileErrorModel, one: Seen) -> float:
+def _told_mm(model: ProfileErrorModel, reading: Seen) -> float:
     """Returns what the error curves explain of a reading's deviation."""
-    pairs = zip(one.feature_index.tolist(), one.arc_length_mm.tolist(), strict=True)
+    pairs = zip(reading.feature_index.tolist(), reading.arc_length_mm.tolist(), strict=True)
     errors = np.array([float(model.curves[index].value_mm(s)[0]) for index, s in pairs])
-    return float(one.weight @ errors)
+    return float(reading.weight @ errors)
 
 
-def _words(one: Seen, told: float, reached: bool, by: str) -> str:
+def _words(reading: Seen, told: float, reached: bool, by: str) -> str:
     if not reached:
         then = wording("neither does the contour: the measurements do not tell where its surfaces stand")
     elif by == "offset":
         then = wording("the job corrects by the offset all the same")
     else:
-        then = wording("the contour takes out {told}", told=_size(one, told))
+        then = wording("the contour takes out {told}", told=_size(reading, told))
     return wording(
         "{name} deviates by {off} ± {u}, which no offset changes: {then}",
-        name=one.name,
-        off=_size(one, one.value_mm),
-        u=_size(one, EXPANDED * one.standard_u_mm, ".1f"),
+        name=reading.name,
+        off=_size(reading, reading.value_mm),
+        u=_size(reading, EXPANDED * reading.standard_u_mm, ".1f"),
         then=then,
     )
 
 
-def _size(one: Seen, value: float, spec: str = "+.1f") -> object:
-    if one.unit == "mm":
+def _size(reading: Seen, value: float, spec: str = "+.1f") -> object:
+    if reading.unit == "mm":
         return Um(value, spec)
     degrees = math.degrees(value)
     return wording("{degrees}°", degrees=Signed(degrees, 3) if "+" in spec else f"{degrees:.3f}")

@@ -282,15 +282,15 @@ def _may_go(search: _Search, named: Sequence[int], k: int) -> bool:
     return gone <= int(np.count_nonzero(index == index[k])) // 4
 
 
-def _suspect(search: _Search, one: _Deletion, probability: float, may_go: bool) -> SuspectTouch:
-    k, vectors = one.position, search.vectors
+def _suspect(search: _Search, deletion: _Deletion, probability: float, may_go: bool) -> SuspectTouch:
+    k, vectors = deletion.position, search.vectors
     return SuspectTouch(
         position=k,
         point=vectors.point[k],
         feature=search.profile.names[vectors.feature_index[k]],
         error_mm=float(vectors.error_mm[k]),
-        expected_mm=one.expected_mm,
-        standard_u_mm=one.standard_u_mm,
+        expected_mm=deletion.expected_mm,
+        standard_u_mm=deletion.standard_u_mm,
         probability=probability,
         left_out=may_go and probability >= DECIDED,
         z_reference=bool(vectors.at_reference[k]),

@@ -126,7 +126,7 @@ def reference_responses(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> 
     return {i: found[i] for i in fits}
 
 
-def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Array], vectors: ErrorVectors) -> Array:
+def _response(fit: ChainFit, fits: Mapping[int, ChainFit], responses: dict[int, Array], vectors: ErrorVectors) -> Array:
     """Returns the chain's own fit made again, with the shares in place of the errors."""
     estimated = fit.scatter_mm is not None or not len(fit.touches)
     if estimated and all(source.neighbour is None for source in fit.sources):
@@ -134,7 +134,10 @@ def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Arra
     # The ends' values and slopes by the reference: those of the neighbours, zero where prescribed
     numbers, of_ends = [], fit.fit.conditions.numbers
     for source, value, slope in zip(fit.sources, of_ends[::2], of_ends[1::2], strict=True):
-        numbers += [_number(source, value, fits, found, slope=False), _number(source, slope, fits, found, slope=True)]
+        numbers += [
+            _number(source, value, fits, responses, slope=False),
+            _number(source, slope, fits, responses, slope=True),
+        ]
     given = EndConditions(*numbers)
     spline = fit.fit.spline
     s = fit.places_mm(vectors)
@@ -149,13 +152,18 @@ def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Arra
 
 
 def _number(
-    source: ConditionSource, given: float | None, fits: Mapping[int, ChainFit], found: dict[int, Array], *, slope: bool
+    source: ConditionSource,
+    number: float | None,
+    fits: Mapping[int, ChainFit],
+    responses: dict[int, Array],
+    *,
+    slope: bool,
 ) -> float | None:
-    if given is None:
+    if number is None:
         return None
     if source.neighbour is None or (slope and not source.gives_slope):
         return 0.0
     spline: Spline = fits[source.neighbour.chain].fit.spline
     at = spline.length_mm if source.neighbour.at_end else 0.0
     form: LinearForm = spline.slope_form(at) if slope else spline.value_form(at)
-    return float(form.of(found[source.neighbour.chain])[0])
+    return float(form.of(responses[source.neighbour.chain])[0])

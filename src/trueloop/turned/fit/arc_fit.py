@@ -140,13 +140,13 @@ def _described(
     return own_fit(chain, touches, best.fit, sources, note, best.shape.every)
 
 
-def _shapes(asked: Sequence[int | None], touches: int) -> list[Shape]:
+def _shapes(degrees: Sequence[int | None], touches: int) -> list[Shape]:
     """Simplest first."""
-    if None not in asked:
-        return [Shape(3, tuple(asked))]
-    cubics = [Shape(3, tuple(given or r for given in asked)) for r in candidates(touches)]
-    simple = [Shape(degree, (None,) * len(asked)) for degree in (0, 1, 2)]
-    return cubics if any(asked) else simple + cubics
+    if None not in degrees:
+        return [Shape(3, tuple(degrees))]
+    cubics = [Shape(3, tuple(given or r for given in degrees)) for r in candidates(touches)]
+    simple = [Shape(degree, (None,) * len(degrees)) for degree in (0, 1, 2)]
+    return cubics if any(degrees) else simple + cubics
 
 
 def _try(shape: Shape, chain: Chain, touches: ChainTouches, options: FitOptions, conditions: EndConditions) -> Tried:

@@ -52,7 +52,7 @@ def fit_chains(
     options: FitOptions,
     nose: NoseOnPart | None,
     state: Callable[[], PartState],
-    known: Known | None = None,
+    edge_state: Known | None = None,
     remembered: Remembered | None = None,
 ) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
     """Fits of every chain by its index, in the profile's order, and the choices between own curve and nose model.
@@ -60,7 +60,7 @@ def fit_chains(
     `state` makes that of the part: called where some chain has no touch, or readings were taken.
     """
     chains = chains_of(profile)
-    touched, choices = fit_touched(profile, vectors, options, nose, known, remembered)
+    touched, choices = fit_touched(profile, vectors, options, nose, edge_state, remembered)
     fits, tangent = dict(touched), replace(options, junctions=TangentPolicy.PATH)
     rest = sorted(set(range(len(chains))) - set(touched), key=lambda i: chains[i].curved)
     for i in rest:
@@ -81,10 +81,10 @@ def fit_touched(
     vectors: ErrorVectors,
     options: FitOptions,
     nose: NoseOnPart | None,
-    known: Known | None = None,
+    edge_state: Known | None = None,
     remembered: Remembered | None = None,
 ) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
-    """Fits the chains with a touch: those without one have no part in them. `known` is added to."""
+    """Fits the chains with a touch: those without one have no part in them. `edge_state` is added to."""
     chains = chains_of(profile)
     with_touches = set(vectors.feature_index[~vectors.by_gauge].tolist())
     touched = [i for i, chain in enumerate(chains) if with_touches.intersection(chain.features)]
@@ -92,7 +92,9 @@ def fit_touched(
     choices: list[ModelChoice] = []
     for i in sorted(touched, key=lambda i: chains[i].curved):
         conditions, sources = chain_conditions(profile, chains, i, fits, options)
-        own = _touched(profile, chains[i], vectors, options, conditions, sources, {} if known is None else known)
+        own = _touched(
+            profile, chains[i], vectors, options, conditions, sources, {} if edge_state is None else edge_state
+        )
         recalled = _recalled(profile, vectors, own, options, remembered)
         fits[i] = recalled or own
         free = recalled is None and chains[i].curved and not _held(profile, chains[i], options)
@@ -129,15 +131,15 @@ def _touched(
     options: FitOptions,
     conditions: EndConditions,
     sources: Sources,
-    known: Known,
+    edge_state: Known,
 ) -> ChainFit:
     """Returns the fit, or the known one to the same touches: these may stand at other positions there."""
     touches = touches_of(profile, chain, vectors)
     places = tuple(len(places_mm) for places_mm in touches.by_feature_mm)
     key = (chain, touches.arc_length_mm.tobytes(), touches.error_mm.tobytes(), places, conditions, sources)
-    if key not in known:
-        known[key] = _fitted(profile, chain, touches, options, conditions, sources)
-    return replace(known[key], touches=touches.positions)
+    if key not in edge_state:
+        edge_state[key] = _fitted(profile, chain, touches, options, conditions, sources)
+    return replace(edge_state[key], touches=touches.positions)
 
 
 def _fitted(
@@ -273,11 +275,11 @@ def _asked(profile: Profile, chain: Chain, options: FitOptions) -> EndConditions
     return EndConditions(asked[0].start_value_mm, asked[0].start_slope, asked[-1].end_value_mm, asked[-1].end_slope)
 
 
-def _agreed(name: str, what: str, neighbour: float | None, asked: float | None) -> float | None:
-    if neighbour is not None and asked is not None and abs(neighbour - asked) > AGREE_MM:
+def _agreed(name: str, what: str, neighbour: float | None, stated: float | None) -> float | None:
+    if neighbour is not None and stated is not None and abs(neighbour - stated) > AGREE_MM:
         raise Code.FIT_CONDITIONS.refusal(
-            f"{name}: the {what} is prescribed as {asked * UM_PER_MM:.3f} µm (per mm, for a slope), but the tangent "
+            f"{name}: the {what} is prescribed as {stated * UM_PER_MM:.3f} µm (per mm, for a slope), but the tangent "
             f"neighbour's curve says {neighbour * UM_PER_MM:.3f}",
             hint="leave it out, or declare the junction a corner",
         )
-    return asked if neighbour is None else neighbour
+    return stated if neighbour is None else neighbour

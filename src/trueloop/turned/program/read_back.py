@@ -36,7 +36,7 @@ NO_CORNER_RAD: Final = 0.05
 
 
 @dataclass(frozen=True)
-class Given:
+class SourceContour:
     """The source itself: its path, first and last move of the contour, and by feature its intended contour.
 
     Within `reach_mm` of where it leaves that (a way in that a control shortens), the written one may leave its own.
@@ -64,11 +64,11 @@ def check_contour(
     span: tuple[int, int],
     intended: Sequence[CentrePiece],
     tolerance_mm: float,
-    given: Given | None = None,
+    source: SourceContour | None = None,
 ) -> None:
     """Refuses a program whose moves `span` (first, last) deviate from the intended path by more than the tolerance.
 
-    Only where the source follows its own, where that is `given`.
+    Only where the source follows its own, where that is `source`.
     """
     moves = _cutting(path, span)
     ends = [piece.shifted.feature.length_mm for piece in intended]
@@ -80,8 +80,8 @@ def check_contour(
         s = np.linspace(max(piece.start_mm, start), min(piece.end_mm, end), SAMPLES)
         points = piece.shifted.centre_mm(s)
         off = _off(moves, points)
-        if given is not None:
-            off = np.where(given.follows(feature.name, s, tolerance_mm), off, 0.0)
+        if source is not None:
+            off = np.where(source.follows(feature.name, s, tolerance_mm), off, 0.0)
         if (worst := float(np.max(off))) > tolerance_mm:
             x, z = points[int(np.argmax(off))]
             raise not_as_intended(
@@ -124,9 +124,9 @@ def joins_mm(path: ToolPath, span: tuple[int, int], nose_radius_mm: float) -> fl
     return nose_radius_mm * (1.0 - math.cos(largest))
 
 
-def _turn_rad(one: Move, after: Move) -> float:
+def _turn_rad(move: Move, after: Move) -> float:
     """Returns the angle between the end of a move and the beginning of the next."""
-    u, v = _direction(one, one.end_mm), _direction(after, after.start_mm)
+    u, v = _direction(move, move.end_mm), _direction(after, after.start_mm)
     return abs(math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1]))
 
 
@@ -224,19 +224,19 @@ def unfit(driven: ToolPath, path: ToolPath) -> tuple[Unfit, ...]:
 
 
 def require_nose_fits(
-    found: Sequence[Unfit], lines: Integers, given: Sequence[Unfit] = (), within_mm: float = 0.0
+    obstacles: Sequence[Unfit], lines: Integers, accepted: Sequence[Unfit] = (), within_mm: float = 0.0
 ) -> tuple[int, ...]:
     """Raises NC-GOUGE or NC-ENTRY where the control cannot keep the nose off the contour of lines (first, last).
 
-    A corner within `within_mm` of one of `given`, those of the source, is the source's own: the control that cuts it
+    A corner within `within_mm` of one of `accepted`, those of the source, is the source's own: the control that cuts it
     has a way of its own to, and its line there is returned.
     """
     own = []
-    for one in found:
+    for one in obstacles:
         line, code = one.found.place.line or 0, one.found.code
         if not lines[0] <= line <= lines[1]:
             continue
-        near = [g.found.place.line or 0 for g in given if np.linalg.norm(g.start_mm - one.start_mm) <= within_mm]
+        near = [g.found.place.line or 0 for g in accepted if np.linalg.norm(g.start_mm - one.start_mm) <= within_mm]
         if code is not Code.NC_GOUGE or not near:
             where = f"line {line} of the corrected program: {one.found.message}"
             place = Place(one.found.place.file)
@@ -311,5 +311,5 @@ def again(path: ToolPath, moves: range) -> dict[int, int]:
     return found
 
 
-def _ends_alike(path: ToolPath, one: int, other: int) -> bool:
-    return bool(np.all(np.abs(path.end_mm[one] - path.end_mm[other]) <= AT_ONE_PLACE_MM))
+def _ends_alike(path: ToolPath, block: int, other: int) -> bool:
+    return bool(np.all(np.abs(path.end_mm[block] - path.end_mm[other]) <= AT_ONE_PLACE_MM))

@@ -147,11 +147,11 @@ def _named_length(profile: Profile, reading: Reading, index: int) -> Outcome:
     return _by_geometry(profile, reading, [_from(one, index) for one in of_it], "name")
 
 
-def _from(one: Candidate, index: int) -> Candidate:
+def _from(candidate: Candidate, index: int) -> Candidate:
     """Returns this length as one of that feature."""
-    if one.feature_index == index or one.other_index is None:
-        return one
-    return Candidate(index, one.differs, one.feature_index)
+    if candidate.feature_index == index or candidate.other_index is None:
+        return candidate
+    return Candidate(index, candidate.differs, candidate.feature_index)
 
 
 def _by_geometry(profile: Profile, reading: Reading, fitting: list[Candidate], by: By = "geometry") -> Outcome:
@@ -169,23 +169,23 @@ def _each_once(profile: Profile, fitting: list[Candidate]) -> list[Candidate]:
     """Returns the lengths without those from a face at z = 0 that count from the part's zero as well: both are one."""
     from_zero = {one.feature_index for one in fitting if one.other_index is None}
 
-    def again(one: Candidate) -> bool:
-        faces = {one.feature_index, one.other_index} - {None}
+    def again(candidate: Candidate) -> bool:
+        faces = {candidate.feature_index, candidate.other_index} - {None}
         at_zero = {k for k in faces if k is not None and profile.features[k].start_mm[1] == 0.0}
         return bool(at_zero and (faces - at_zero) & from_zero)
 
     return [one for one in fitting if one.other_index is None or not again(one)]
 
 
-def _credible(profile: Profile, one: MatchedReading) -> Outcome:
+def _credible(profile: Profile, match: MatchedReading) -> Outcome:
     """Left where the actual size is too far from the nominal one to be that of a part that was only to be finished."""
-    reading, nominal = one.reading, one.reading.nominal
+    reading, nominal = match.reading, match.reading.nominal
     twice = 2.0 if reading.quantity is Quantity.DIAMETER else 1.0
     if nominal is None or abs(reading.actual - nominal) <= twice * CREDIBLE_ERROR_MM:
-        return one
+        return match
     deviation = f"{reading.actual - nominal:+.4f} {reading.quantity.unit}"
     limit = f"at most {twice * CREDIBLE_ERROR_MM:g} is credible"
-    return Left(reading, f"it fits {profile.names[one.feature_index]!r}, and deviates by {deviation}: {limit}")
+    return Left(reading, f"it fits {profile.names[match.feature_index]!r}, and deviates by {deviation}: {limit}")
 
 
 def _another(profile: Profile, reading: Reading, index: int, size: float | None, differs: float | None = None) -> Left:
@@ -212,9 +212,9 @@ def _size(reading: Reading) -> str:
     return f"{kind} {reading.quantity} of {size_of(reading):.4f} {reading.quantity.unit}{at}"
 
 
-def _called(profile: Profile, one: Candidate) -> str:
-    name = profile.names[one.feature_index]
-    return name if one.other_index is None else f"{name} to {profile.names[one.other_index]}"
+def _called(profile: Profile, candidate: Candidate) -> str:
+    name = profile.names[candidate.feature_index]
+    return name if candidate.other_index is None else f"{name} to {profile.names[candidate.other_index]}"
 
 
 def _touch(profile: Profile, touch: Touch, names: Mapping[str, str], ball_mm: float) -> Outcome:

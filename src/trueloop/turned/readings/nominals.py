@@ -43,9 +43,9 @@ def other_nominals(profile: Profile, readings: Sequence[MatchedReading]) -> tupl
     return (finding,)
 
 
-def _nominal(profile: Profile, one: MatchedReading) -> float | None:
+def _nominal(profile: Profile, reading: MatchedReading) -> float | None:
     """Returns the profile's; None where the reading has none there, which is refused when it is to be used."""
     try:
-        return nominal_of(profile, one)
+        return nominal_of(profile, reading)
     except TrueloopError:
         return None

@@ -47,7 +47,7 @@ AT_ZERO_MM: Final = 1e-6
 
 
 @dataclass(frozen=True)
-class Repeated:
+class RepeatedReading:
     """Readings of one characteristic in one place: their mean deviation and its standard uncertainty; mm or degrees."""
 
     first: MatchedReading
@@ -56,7 +56,7 @@ class Repeated:
     count: int
 
 
-def repeated(profile: Profile, readings: Sequence[MatchedReading], gauging: Gauging) -> tuple[Repeated, ...]:
+def repeated(profile: Profile, readings: Sequence[MatchedReading], gauging: Gauging) -> tuple[RepeatedReading, ...]:
     """Returns readings of the `CORRECTED` kinds, those of one characteristic together.
 
     What a gauge repeats to is the spread of its repeats, pooled over all characteristics of one unit and one stated
@@ -98,9 +98,9 @@ def _pooled_spread(groups: Sequence[Sequence[tuple[MatchedReading, float]]]) -> 
     return math.sqrt(squares / spare) if spare else 0.0
 
 
-def _together(group: Sequence[tuple[MatchedReading, float]], spread: float, stated: float) -> Repeated:
+def _together(group: Sequence[tuple[MatchedReading, float]], spread: float, stated: float) -> RepeatedReading:
     mean = math.fsum(value for _, value in group) / len(group)
-    return Repeated(group[0][0], mean, math.hypot(stated, spread / math.sqrt(len(group))), len(group))
+    return RepeatedReading(group[0][0], mean, math.hypot(stated, spread / math.sqrt(len(group))), len(group))
 
 
 def stated_u(group: Sequence[MatchedReading], assumed_u_mm: float) -> float:
@@ -109,16 +109,16 @@ def stated_u(group: Sequence[MatchedReading], assumed_u_mm: float) -> float:
     return max(assumed if one.reading.standard_u is None else one.reading.standard_u for one in group)
 
 
-def seen_by(profile: Profile, one: Repeated, datum: int | None) -> Seen:
+def seen_by(profile: Profile, repeated: RepeatedReading, datum: int | None) -> Seen:
     """Returns the functional of readings of one characteristic; `datum` is the face that is the part's zero."""
-    index, reading = one.first.feature_index, one.first.reading
+    index, reading = repeated.first.feature_index, repeated.first.reading
     feature, name = profile.features[index], reading.characteristic
     if reading.quantity is Quantity.LENGTH:
-        return _length(profile, one, datum)
+        return _length(profile, repeated, datum)
     if reading.quantity is Quantity.ANGLE:
         sign, length = math.copysign(1.0, tilt_rad(feature, reading)), feature.length_mm
         ends = ((index, 0.0, -sign / length), (index, length, sign / length))
-        turned = Seen.at(name, ends, math.radians(one.deviation), math.radians(one.standard_u))
+        turned = Seen.at(name, ends, math.radians(repeated.deviation), math.radians(repeated.standard_u))
         return replace(turned, unit="rad")
     if reading.quantity is Quantity.RADIUS and isinstance(feature, Arc):
         s = np.linspace(0.0, feature.length_mm, ROUND)
@@ -126,7 +126,7 @@ def seen_by(profile: Profile, one: Repeated, datum: int | None) -> Seen:
         terms = np.column_stack([np.full(ROUND, side), feature.outward_normal(s)])
         weights = np.linalg.pinv(terms, rcond=1e-9)[0]
         places = tuple((index, float(along), float(weight)) for along, weight in zip(s, weights, strict=True))
-        return Seen.at(name, places, one.deviation, one.standard_u)
+        return Seen.at(name, places, repeated.deviation, repeated.standard_u)
     at = arc_length_of(feature, reading)
     n_x, n_z = (float(component) for component in feature.outward_normal(at))
     of_error = n_x * (0.5 if reading.quantity is Quantity.DIAMETER else 1.0)
@@ -134,13 +134,13 @@ def seen_by(profile: Profile, one: Repeated, datum: int | None) -> Seen:
     if not reading.place_mm:
         place_u_mm = TAPER * feature.length_mm / math.sqrt(12.0)
     return Seen.at(
-        name, ((index, at, 1.0),), one.deviation * of_error, math.hypot(one.standard_u * of_error, place_u_mm)
+        name, ((index, at, 1.0),), repeated.deviation * of_error, math.hypot(repeated.standard_u * of_error, place_u_mm)
     )
 
 
-def _length(profile: Profile, one: Repeated, datum: int | None) -> Seen:
+def _length(profile: Profile, reading: RepeatedReading, datum: int | None) -> Seen:
     """Returns the face beyond less the other one; the part's zero does not move."""
-    index, other = one.first.feature_index, one.first.other_index
+    index, other = reading.first.feature_index, reading.first.other_index
     other = datum if other is None else other
     z_mm, n_z, middle = _face(profile, index)
     other_z_mm, other_n_z, other_middle = (0.0, 0.0, 0.0) if other is None else _face(profile, other)
@@ -148,7 +148,7 @@ def _length(profile: Profile, one: Repeated, datum: int | None) -> Seen:
     places = [(index, middle, beyond * n_z)]
     if other is not None and other != index:
         places.append((other, other_middle, -beyond * other_n_z))
-    return Seen.at(one.first.reading.characteristic, tuple(places), one.deviation, one.standard_u)
+    return Seen.at(reading.first.reading.characteristic, tuple(places), reading.deviation, reading.standard_u)
 
 
 def _face(profile: Profile, index: int) -> tuple[float, float, float]:
@@ -191,11 +191,11 @@ FACES_Z: Final = math.cos(math.radians(3.0))
 """A length is read between faces, within 3° of square to the spindle axis."""
 
 
-def nominal_of(profile: Profile, one: MatchedReading) -> float:
+def nominal_of(profile: Profile, match: MatchedReading) -> float:
     """Returns the profile's nominal of a reading that is `CORRECTED`. Raises MSR-KIND and MSR-PLACE."""
-    feature, reading = profile.features[one.feature_index], one.reading
+    feature, reading = profile.features[match.feature_index], match.reading
     if reading.quantity is Quantity.LENGTH:
-        other = None if one.other_index is None else profile.features[one.other_index]
+        other = None if match.other_index is None else profile.features[match.other_index]
         return abs(face_z_mm(feature, reading) - (0.0 if other is None else face_z_mm(other, reading)))
     if reading.quantity is Quantity.ANGLE:
         return math.degrees(abs(tilt_rad(feature, reading)))

@@ -81,17 +81,17 @@ def _times(inspection: Inspection, factor: float) -> Inspection:
     def place(at: Point) -> Point:
         return at[0] * factor, at[1] * factor
 
-    def value(one: Reading | Touch | CmmPoint) -> Reading | Touch | CmmPoint:
-        if isinstance(one, CmmPoint):
-            nominal = None if one.nominal_mm is None else vector(one.nominal_mm)
-            return replace(one, measured_mm=vector(one.measured_mm), nominal_mm=nominal)
-        if isinstance(one, Touch):
-            measured = None if one.measured_mm is None else place(one.measured_mm)
-            return replace(one, nominal_mm=place(one.nominal_mm), measured_mm=measured)
-        scale = 1.0 if one.quantity is Quantity.ANGLE else factor
-        size = None if one.nominal is None else one.nominal * scale
-        at = tuple(each * factor for each in one.place_mm)
-        return replace(one, actual=one.actual * scale, nominal=size, place_mm=at)
+    def value(reading: Reading | Touch | CmmPoint) -> Reading | Touch | CmmPoint:
+        if isinstance(reading, CmmPoint):
+            nominal = None if reading.nominal_mm is None else vector(reading.nominal_mm)
+            return replace(reading, measured_mm=vector(reading.measured_mm), nominal_mm=nominal)
+        if isinstance(reading, Touch):
+            measured = None if reading.measured_mm is None else place(reading.measured_mm)
+            return replace(reading, nominal_mm=place(reading.nominal_mm), measured_mm=measured)
+        scale = 1.0 if reading.quantity is Quantity.ANGLE else factor
+        size = None if reading.nominal is None else reading.nominal * scale
+        at = tuple(each * factor for each in reading.place_mm)
+        return replace(reading, actual=reading.actual * scale, nominal=size, place_mm=at)
 
     values: Values = tuple(value(one) for one in inspection.values)
     return replace(inspection, values=values, ball_radius_mm=inspection.ball_radius_mm * factor)
@@ -198,22 +198,22 @@ def check_sizes(readings: Sequence[MatchedReading], nominal: Sequence[float], al
     raise _far_off(readings[far[0]], nominal[far[0]], len(far), len(readings))
 
 
-def _credible(one: MatchedReading, actual: float, nominal: float, allowance_mm: float = 0.0) -> bool:
-    quantity = one.reading.quantity
+def _credible(reading: MatchedReading, actual: float, nominal: float, allowance_mm: float = 0.0) -> bool:
+    quantity = reading.reading.quantity
     limit = {Quantity.ANGLE: CREDIBLE_DEG, Quantity.DIAMETER: 2 * CREDIBLE_ERROR_MM}.get(quantity, CREDIBLE_ERROR_MM)
     return abs(actual - nominal) <= 2.0 * abs(allowance_mm) + min(limit, SMALL * nominal if nominal > 0.0 else limit)
 
 
-def _explains(one: MatchedReading, nominal: float, factor: float) -> bool:
-    actual = one.reading.actual
+def _explains(reading: MatchedReading, nominal: float, factor: float) -> bool:
+    actual = reading.reading.actual
     left = abs(factor * actual - nominal)
-    return _credible(one, factor * actual, nominal) and left <= EXPLAINS * abs(actual - nominal)
+    return _credible(reading, factor * actual, nominal) and left <= EXPLAINS * abs(actual - nominal)
 
 
 def _blunder(
-    code: Code, one: MatchedReading, nominal: float, factor: float, question: str, counts: Mapping[str, int]
+    code: Code, match: MatchedReading, nominal: float, factor: float, question: str, counts: Mapping[str, int]
 ) -> TrueloopError:
-    reading = one.reading
+    reading = match.reading
     named: dict[str, float | str] = {"feature": reading.feature, "factor": factor, **counts}
     return code.refusal(
         f"{reading.characteristic!r} is {reading.actual:.6g} {reading.quantity.unit}, nominal {nominal:.6g}: "
@@ -224,8 +224,8 @@ def _blunder(
     )
 
 
-def _far_off(one: MatchedReading, nominal: float, far: int, count: int) -> TrueloopError:
-    reading = one.reading
+def _far_off(match: MatchedReading, nominal: float, far: int, count: int) -> TrueloopError:
+    reading = match.reading
     return Code.MSR_NOMINAL.refusal(
         f"{reading.characteristic!r} is {reading.actual:.6g} {reading.quantity.unit}, nominal {nominal:.6g}: no error "
         f"of a cut is as large. {far} of {count} readings are as far off",
@@ -235,10 +235,10 @@ def _far_off(one: MatchedReading, nominal: float, far: int, count: int) -> Truel
     )
 
 
-def _where(one: MatchedReading) -> tuple[object, ...]:
-    return one.feature_index, one.other_index, one.reading.quantity, one.reading.place_mm
+def _where(reading: MatchedReading) -> tuple[object, ...]:
+    return reading.feature_index, reading.other_index, reading.reading.quantity, reading.reading.place_mm
 
 
-def _shown(one: MatchedReading) -> str:
-    place = ", ".join(f"{number:g}" for number in one.reading.place_mm)
-    return f"{one.reading.feature} ({place} mm)" if place else one.reading.feature
+def _shown(reading: MatchedReading) -> str:
+    place = ", ".join(f"{number:g}" for number in reading.reading.place_mm)
+    return f"{reading.reading.feature} ({place} mm)" if place else reading.reading.feature

@@ -67,11 +67,11 @@ def _words(group: Sequence[MatchedReading], actual: Array, u: float) -> str:
     )
 
 
-def _along_normal(profile: Profile, one: MatchedReading) -> float:
+def _along_normal(profile: Profile, reading: MatchedReading) -> float:
     """Returns the displacement of the surface per unit of a reading, mm; of an angle at the ends of its line."""
-    feature, quantity = profile.features[one.feature_index], one.reading.quantity
+    feature, quantity = profile.features[reading.feature_index], reading.reading.quantity
     if quantity is Quantity.ANGLE:
         return math.radians(feature.length_mm / 2.0)
     if quantity is not Quantity.DIAMETER:
         return 1.0
-    return abs(float(feature.outward_normal(arc_length_of(feature, one.reading))[0])) / 2.0
+    return abs(float(feature.outward_normal(arc_length_of(feature, reading.reading))[0])) / 2.0

@@ -143,7 +143,7 @@ LONG_MM: Final = 60.0
 """A cylinder from this length on is measured in the middle as well: it may be curved."""
 
 
-def gauge_plan(profile: Profile, asked: Sequence[Characteristic] = ()) -> tuple[Characteristic, ...]:
+def gauge_plan(profile: Profile, characteristics: Sequence[Characteristic] = ()) -> tuple[Characteristic, ...]:
     """Returns the sizes of the drawing that a gauge can read, then diameters of the other cylinders and lengths of
     other faces.
 
@@ -153,7 +153,7 @@ def gauge_plan(profile: Profile, asked: Sequence[Characteristic] = ()) -> tuple[
     """
     datum, planned = _datum(profile), list[Characteristic]()
     for feature in profile.features:
-        own = [one for one in asked if one.feature == feature.name]
+        own = [one for one in characteristics if one.feature == feature.name]
         planned += [place for one in own for place in _places_of(one, feature)]
         kind = kind_of(feature)
         if kind == "cylinder" and not any(one.quantity is Quantity.DIAMETER for one in own):

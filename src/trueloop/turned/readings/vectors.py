@@ -10,7 +10,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code
 from trueloop.geometry.profile import Profile
 from trueloop.turned.readings.matches import MatchedReading
-from trueloop.turned.readings.observed import FACES_Z, Repeated, corrected, datum_of, repeated, seen_by
+from trueloop.turned.readings.observed import FACES_Z, RepeatedReading, corrected, datum_of, repeated, seen_by
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.turned.touches.plausibility import SAME_POINT_MM
 from trueloop.turned.touches.touches import Gauging
@@ -67,19 +67,21 @@ def counts_from_own_face(vectors: ErrorVectors) -> bool:
     return datum or bool(vectors.at_reference.any())
 
 
-def _single(used: Sequence[Repeated], seen: Sequence[Seen]) -> Iterator[_Row]:
+def _single(used: Sequence[RepeatedReading], readings: Sequence[Seen]) -> Iterator[_Row]:
     """Diameters and radii: one reading is the error at one place."""
-    for one, sees in zip(used, seen, strict=False):
+    for one, sees in zip(used, readings, strict=False):
         if one.first.reading.quantity is not Quantity.LENGTH and len(sees.weight) == 1:
             yield _Row(
                 sees.name, int(sees.feature_index[0]), float(sees.arc_length_mm[0]), sees.value_mm, sees.standard_u_mm
             )
 
 
-def _faces(profile: Profile, used: Sequence[Repeated], seen: Sequence[Seen], datum: int | None) -> Iterator[_Row]:
+def _faces(
+    profile: Profile, used: Sequence[RepeatedReading], readings: Sequence[Seen], datum: int | None
+) -> Iterator[_Row]:
     """Faces that lengths tie to the datum, or to the part's zero: their errors by weighted least squares."""
-    lengths = [s for one, s in zip(used, seen, strict=False) if one.first.reading.quantity is Quantity.LENGTH]
-    by_definition = () if datum is None or not lengths else seen[len(used) :]
+    lengths = [s for one, s in zip(used, readings, strict=False) if one.first.reading.quantity is Quantity.LENGTH]
+    by_definition = () if datum is None or not lengths else readings[len(used) :]
     for (index, along_mm), (error_mm, u_mm) in determined((*by_definition, *lengths)).items():
         kind = DATUM if index == datum else "lengths"
         yield _Row(f"{profile.names[index]} ({kind})", index, along_mm, error_mm, u_mm)
@@ -140,7 +142,7 @@ def _vectors(profile: Profile, rows: Sequence[_Row], taken: Sequence[str]) -> Er
 
 
 def _notes(
-    profile: Profile, readings: Sequence[MatchedReading], used: Sequence[Repeated], datum: int | None
+    profile: Profile, readings: Sequence[MatchedReading], used: Sequence[RepeatedReading], datum: int | None
 ) -> Iterator[str]:
     kept = len(readings) - len(corrected(readings))
     if kept:
@@ -184,11 +186,11 @@ NEAR_K: Final = 1.0
 def warm_words(readings: Sequence[MatchedReading]) -> tuple[str, ...]:
     """Describes what the stated temperature of a part makes of its sizes: nothing here takes that out."""
 
-    def off_k(one: MatchedReading) -> float:
-        return 0.0 if one.reading.temperature_c is None else one.reading.temperature_c - 20.0
+    def off_k(reading: MatchedReading) -> float:
+        return 0.0 if reading.reading.temperature_c is None else reading.reading.temperature_c - 20.0
 
-    def grown_mm(one: MatchedReading) -> float:
-        return STEEL_PER_K * off_k(one) * one.reading.actual
+    def grown_mm(reading: MatchedReading) -> float:
+        return STEEL_PER_K * off_k(reading) * reading.reading.actual
 
     warm = [one for one in corrected(readings) if abs(off_k(one)) > NEAR_K and one.reading.quantity.unit == "mm"]
     if not warm:
@@ -212,12 +214,12 @@ Place = tuple[int, float]
 """Feature and arc length, mm."""
 
 
-def determined(seen: Sequence[Seen]) -> dict[Place, tuple[float, float]]:
+def determined(readings: Sequence[Seen]) -> dict[Place, tuple[float, float]]:
     """Returns the errors at places that readings determine, (error, standard uncertainty) in mm, in the order of the
     places, by weighted least squares. What holds by definition is exact.
     """
-    exact = {_places(one)[0]: one.value_mm / float(one.weight[0]) for one in seen if one.standard_u_mm == 0.0}
-    rows = [one for one in seen if one.standard_u_mm > 0.0]
+    exact = {_places(one)[0]: one.value_mm / float(one.weight[0]) for one in readings if one.standard_u_mm == 0.0}
+    rows = [one for one in readings if one.standard_u_mm > 0.0]
     free = sorted({place for one in rows for place in _places(one)} - exact.keys())
     terms, values = np.zeros((len(rows), len(free))), np.zeros(len(rows))
     for row, one in enumerate(rows):
@@ -233,51 +235,51 @@ def determined(seen: Sequence[Seen]) -> dict[Place, tuple[float, float]]:
     return {place: (error_mm, 0.0) for place, error_mm in exact.items()} | by_rows
 
 
-def own_seen(seen: Sequence[Seen], own: Collection[int]) -> tuple[Seen, ...]:
+def own_seen(readings: Sequence[Seen], own: Collection[int]) -> tuple[Seen, ...]:
     """Returns what readings state of the features `own` alone: those that see no others, and shared ones in which the
     remaining readings determine the errors of all others: these are taken out, their variance is added.
     """
-    return tuple(alone for one in seen if (alone := own_part(one, seen, own)) is not None)
+    return tuple(alone for one in readings if (alone := own_part(one, readings, own)) is not None)
 
 
-def own_part(one: Seen, seen: Sequence[Seen], own: Collection[int]) -> Seen | None:
-    """Returns what one of `seen` states of the features `own` alone; None where it states nothing of them, or the
+def own_part(reading: Seen, readings: Sequence[Seen], own: Collection[int]) -> Seen | None:
+    """Returns what one of `readings` states of the features `own` alone; None where it states nothing of them, or the
     errors of others cannot be taken out.
     """
-    mine = np.isin(one.feature_index, list(own))
+    mine = np.isin(reading.feature_index, list(own))
     if mine.all() or not mine.any():
-        return one if mine.all() else None
+        return reading if mine.all() else None
     others = [k for k, is_mine in enumerate(mine.tolist()) if not is_mine]
-    known, places = determined([other for other in seen if other is not one]), _places(one)
+    known, places = determined([other for other in readings if other is not reading]), _places(reading)
     if any(places[k] not in known for k in others):
         return None
-    weights = one.weight[others]
+    weights = reading.weight[others]
     errors_mm, u_mm = np.array([known[places[k]] for k in others]).T
     return replace(
-        one,
-        feature_index=one.feature_index[mine],
-        arc_length_mm=one.arc_length_mm[mine],
-        weight=one.weight[mine],
-        value_mm=one.value_mm - float(weights @ errors_mm),
-        standard_u_mm=float(np.linalg.norm([one.standard_u_mm, *(weights * u_mm)])),
+        reading,
+        feature_index=reading.feature_index[mine],
+        arc_length_mm=reading.arc_length_mm[mine],
+        weight=reading.weight[mine],
+        value_mm=reading.value_mm - float(weights @ errors_mm),
+        standard_u_mm=float(np.linalg.norm([reading.standard_u_mm, *(weights * u_mm)])),
     )
 
 
-def _places(one: Seen) -> list[Place]:
-    return list(zip(one.feature_index.tolist(), one.arc_length_mm.tolist(), strict=True))
+def _places(reading: Seen) -> list[Place]:
+    return list(zip(reading.feature_index.tolist(), reading.arc_length_mm.tolist(), strict=True))
 
 
-def shared_words(seen: Sequence[Seen], owns: Sequence[Collection[int]], names: Sequence[str]) -> list[str]:
+def shared_words(readings: Sequence[Seen], owns: Sequence[Collection[int]], names: Sequence[str]) -> list[str]:
     """Returns in words what readings of features of several owners correct; `owns` are the features of each, `names`
     those of all features.
     """
     found: list[str] = []
     unused: list[str] = []
-    for one in seen:
+    for one in readings:
         of = {*one.feature_index.tolist()}
         if any(of <= {*own} for own in owns):
             continue
-        corrected = [of & {*own} for own in owns if own_part(one, seen, own) is not None]
+        corrected = [of & {*own} for own in owns if own_part(one, readings, own) is not None]
         found.extend(
             wording(
                 "{name}: taken as the error of {feature}, counted from {other}.",

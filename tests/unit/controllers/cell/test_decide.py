@@ -3,7 +3,16 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.controllers.linuxcnc.cell.decide import Asked, ControlNow, Do, Doing, Patience, Seen, decide, seen
+from trueloop.controllers.linuxcnc.cell.decide import (
+    ControlNow,
+    Do,
+    Doing,
+    Patience,
+    ProgramCounts,
+    ServiceState,
+    decide,
+    seen,
+)
 from trueloop.controllers.linuxcnc.cell.journal import RunNow
 from trueloop.domain.factory import FactKind
 
@@ -17,14 +26,16 @@ RUNS = st.builds(
 CONTROLS = st.builds(
     ControlNow, st.sampled_from(Doing), st.sampled_from(["", f"{KEY}.ngc", "other.ngc"]), st.floats(0, 100)
 )
-WITNESSES = st.builds(Seen, st.integers(0, 2), st.integers(0, 2))
-ASKED = st.builds(Asked, st.sampled_from(["", KEY, "O1.1.0.2"]), FLAGS, st.sampled_from([None, b"M2\n"]))
+WITNESSES = st.builds(ProgramCounts, st.integers(0, 2), st.integers(0, 2))
+ASKED = st.builds(ServiceState, st.sampled_from(["", KEY, "O1.1.0.2"]), FLAGS, st.sampled_from([None, b"M2\n"]))
 MOVED = {FactKind.STARTED, FactKind.ENDED, FactKind.UNKNOWN}
 _SITUATIONS = given(RUNS, CONTROLS, WITNESSES, ASKED)
 
 
 @_SITUATIONS
-def test_motion_begins_only_where_nothing_ever_began(run: RunNow, now: ControlNow, log: Seen, asked: Asked) -> None:
+def test_motion_begins_only_where_nothing_ever_began(
+    run: RunNow, now: ControlNow, log: ProgramCounts, asked: ServiceState
+) -> None:
     if decide(run, now, log, asked, Patience()).do is Do.BEGIN:
         assert not run.begun and not run.facts & MOVED and not log.started and not log.ended
         assert FactKind.VERIFIED in run.facts and not run.differs and not run.withdrawn
@@ -34,7 +45,7 @@ def test_motion_begins_only_where_nothing_ever_began(run: RunNow, now: ControlNo
 
 @_SITUATIONS
 def test_nothing_is_loaded_or_taken_away_while_a_program_runs(
-    run: RunNow, now: ControlNow, log: Seen, asked: Asked
+    run: RunNow, now: ControlNow, log: ProgramCounts, asked: ServiceState
 ) -> None:
     action = decide(run, now, log, asked, Patience())
     if now.active and now.program == f"{KEY}.ngc":
@@ -45,7 +56,7 @@ def test_nothing_is_loaded_or_taken_away_while_a_program_runs(
 
 @_SITUATIONS
 def test_what_the_program_says_is_told_before_anything_else(
-    run: RunNow, now: ControlNow, log: Seen, asked: Asked
+    run: RunNow, now: ControlNow, log: ProgramCounts, asked: ServiceState
 ) -> None:
     action = decide(run, now, log, asked, Patience())
     if log.started == 1 and log.ended and FactKind.ENDED not in run.facts:
@@ -56,7 +67,7 @@ def test_what_the_program_says_is_told_before_anything_else(
 
 
 @_SITUATIONS
-def test_decisions_come_to_an_end(run: RunNow, now: ControlNow, log: Seen, asked: Asked) -> None:
+def test_decisions_come_to_an_end(run: RunNow, now: ControlNow, log: ProgramCounts, asked: ServiceState) -> None:
     """A fact is told once: noted, it is not decided on again."""
     from dataclasses import replace
 
@@ -70,6 +81,6 @@ def test_decisions_come_to_an_end(run: RunNow, now: ControlNow, log: Seen, asked
 
 
 def test_a_line_that_is_being_written_is_not_read() -> None:
-    assert seen("a started\na ended\nb started\nb end", "b") == Seen(1, 0)
-    assert seen("b started\nb ended", "b") == Seen(1, 0)
-    assert seen("ab started\n", "b") == Seen(0, 0)
+    assert seen("a started\na ended\nb started\nb end", "b") == ProgramCounts(1, 0)
+    assert seen("b started\nb ended", "b") == ProgramCounts(1, 0)
+    assert seen("ab started\n", "b") == ProgramCounts(0, 0)

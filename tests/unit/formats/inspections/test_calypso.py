@@ -8,7 +8,7 @@ import pytest
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
 NAMES = [
     *("planid", "partnb", "id", "type", "idsymbol", "actual", "nominal", "uppertol", "lowertol", "deviation", "exceed"),
@@ -30,14 +30,14 @@ def _write(folder: Path, header: str | None = None) -> Path:
     return path
 
 
-def _refusal(path: Path, stated: Stated) -> TrueloopError:
+def _refusal(path: Path, stated: StatedFacts) -> TrueloopError:
     with pytest.raises(TrueloopError) as refusal:
         read_measured_file(path, stated)
     return refusal.value
 
 
 def test_tolerances_count_from_the_nominal_value_with_their_signs(tmp_path: Path) -> None:
-    file = read_measured_file(_write(tmp_path), Stated("mm"))
+    file = read_measured_file(_write(tmp_path), StatedFacts("mm"))
     diameter, form, angle, x = file.inspections[0].readings
     assert (diameter.lower_limit, diameter.upper_limit) == pytest.approx((24.99, 25.02))
     assert (diameter.place_mm, diameter.feature) == ((1.0, 2.0, 3.0), "Zyl1")
@@ -49,7 +49,7 @@ def test_tolerances_count_from_the_nominal_value_with_their_signs(tmp_path: Path
 
 
 def test_inches_scale_lengths_and_no_angles(tmp_path: Path) -> None:
-    diameter, _, angle, _ = read_measured_file(_write(tmp_path), Stated("inch")).inspections[0].readings
+    diameter, _, angle, _ = read_measured_file(_write(tmp_path), StatedFacts("inch")).inspections[0].readings
     assert diameter.actual == pytest.approx(25.0132 * 25.4)
     assert diameter.lower_limit == pytest.approx(24.99 * 25.4)
     assert angle.actual == 45.1
@@ -58,7 +58,7 @@ def test_inches_scale_lengths_and_no_angles(tmp_path: Path) -> None:
 def test_the_header_beside_it_says_order_operator_device_and_time(tmp_path: Path) -> None:
     names = "planid\tpartnb\torder\tdate\ttime\tdateiso\toperid\tdmeid\tdmesn\tpartsn"
     row = "Shaft\t7\tA-99\t4/3/2026\t10:22\t2026-03-04T10:22:00\tmeier\tPRISMO\t123\tSN-0007"
-    file = read_measured_file(_write(tmp_path, f"{names}\n{row}\nEND\n"), Stated("mm"))
+    file = read_measured_file(_write(tmp_path, f"{names}\n{row}\nEND\n"), StatedFacts("mm"))
     (one,) = file.inspections
     assert (one.part.serial, one.operator, one.device) == ("SN-0007", "meier", "PRISMO 123")
     assert one.measured_at == datetime(2026, 3, 4, 10, 22).astimezone()
@@ -67,20 +67,20 @@ def test_the_header_beside_it_says_order_operator_device_and_time(tmp_path: Path
 
 def test_a_date_that_may_be_two_is_not_read(tmp_path: Path) -> None:
     header = "planid\tpartnb\tdate\ttime\nShaft\t7\t4/3/2026\t10:22\nEND\n"
-    file = read_measured_file(_write(tmp_path, header), Stated("mm"))
+    file = read_measured_file(_write(tmp_path, header), StatedFacts("mm"))
     assert file.inspections[0].measured_at is None
     assert "no time" in file.remarks[0].text
 
 
 def test_an_empty_header_beside_it_says_nothing(tmp_path: Path) -> None:
-    (one,) = read_measured_file(_write(tmp_path, ""), Stated("mm")).inspections
+    (one,) = read_measured_file(_write(tmp_path, ""), StatedFacts("mm")).inspections
     assert (one.part.serial, one.measured_at) == ("7", None)
 
 
 def test_a_table_names_no_unit_and_a_header_holds_no_characteristics(tmp_path: Path) -> None:
     path = _write(tmp_path, "planid\tpartnb\nShaft\t7\nEND\n")
-    assert _refusal(path, Stated()).code is Code.MSR_UNIT
-    error = _refusal(tmp_path / "Shaft_hdr.txt", Stated("mm"))
+    assert _refusal(path, StatedFacts()).code is Code.MSR_UNIT
+    error = _refusal(tmp_path / "Shaft_hdr.txt", StatedFacts("mm"))
     assert (error.code, "Shaft_chr.txt" in (error.hint or "")) == (Code.MSR_MEANING, True)
 
 
@@ -89,7 +89,7 @@ def test_a_real_table_is_read_whole(corpus: Path) -> None:
     path = corpus / "data" / "public" / "formats" / "calypso-chr.txt"
     lines = [line.split("\t") for line in path.read_text().splitlines()]
     names, rows = lines[0], [dict(zip(lines[0], cells, strict=False)) for cells in lines[1:] if len(cells) > 5]
-    file: MeasuredFile = read_measured_file(path, Stated("mm"))
+    file: MeasuredFile = read_measured_file(path, StatedFacts("mm"))
     (inspection,) = file.inspections
     assert len(inspection.readings) == len(rows) == 30
     assert "deviation" in names
@@ -107,8 +107,8 @@ def test_a_real_table_is_read_whole(corpus: Path) -> None:
     assert inspection.part.serial == "10"
 
 
-@pytest.mark.parametrize("stated", [Stated(), Stated("inch")])
-def test_a_column_of_units_overrules_a_unit_that_is_stated(tmp_path: Path, stated: Stated) -> None:
+@pytest.mark.parametrize("stated", [StatedFacts(), StatedFacts("inch")])
+def test_a_column_of_units_overrules_a_unit_that_is_stated(tmp_path: Path, stated: StatedFacts) -> None:
     path = _write(tmp_path)
     names, *rows = path.read_text().splitlines()
     path.write_text(

@@ -12,7 +12,7 @@ from trueloop.domain.inspection import CmmPoint, Reading
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.controls.variables import value_of
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
 VARIABLES = """
 unit = "mm"
@@ -86,7 +86,7 @@ def read(folder: Path, content: str, mapping: str = "", unit: str | None = None,
     file, stated = folder / name, folder / "meaning.toml"
     file.write_bytes(content.encode())
     stated.write_text(mapping, encoding="utf-8")
-    return read_measured_file(file, Stated(unit, stated if mapping else None))  # type: ignore[arg-type]
+    return read_measured_file(file, StatedFacts(unit, stated if mapping else None))  # type: ignore[arg-type]
 
 
 def readings(file: MeasuredFile, part: int = 0) -> dict[str, Reading]:
@@ -310,7 +310,7 @@ def test_a_circle_touched_on_a_heidenhain_has_its_known_centre_and_radius(corpus
     mapping = tmp_path / "meaning.toml"
     mapping.write_text('[log]\ncolumns = ["x", "y", "z"]\nx_is = "radius"\nlines = [2, 6]\n', encoding="utf-8")
     file = corpus / "data" / "public" / "probe" / "heidenhain-circle.a"
-    points = read_measured_file(file, Stated("mm", mapping)).inspections[0].points
+    points = read_measured_file(file, StatedFacts("mm", mapping)).inspections[0].points
     centre, radius = (-200.6634, -193.7836), 139.499  # SOURCES.tsv
     away = [math.dist(one.measured_mm[:2], centre) - radius for one in points]
     assert len(points) == 5

@@ -11,7 +11,7 @@ from tests.support.dmis import by_name, in_mm, only_inspection, only_point, read
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
 CIRCLE = (
     "OUTPUT/F(D1),T(D1_DIAM)",
@@ -79,7 +79,7 @@ def test_a_file_without_a_unit_is_refused_where_nobody_states_it() -> None:
     with pytest.raises(TrueloopError) as refused:
         read_text(text)
     assert (refused.value.code, refused.value.place.line) == (Code.MSR_UNIT, 2)
-    assert by_name(read_text(text, Stated(unit="inch")))["D1 DIAM"].actual == 50.8
+    assert by_name(read_text(text, StatedFacts(unit="inch")))["D1 DIAM"].actual == 50.8
 
 
 POINT = (
@@ -470,7 +470,7 @@ def test_a_program_holds_what_is_asked_for_and_no_results() -> None:
 @pytest.mark.corpus
 def test_the_points_of_a_real_form_are_what_its_truth_says(corpus: Path) -> None:
     folder = corpus / "data" / "made" / "dmis"
-    file = read_measured_file(folder / "modbas2-semifinish.dmo", Stated())
+    file = read_measured_file(folder / "modbas2-semifinish.dmo", StatedFacts())
     readings = by_name(file)
     points = {point.name: point for point in only_inspection(file).points}
     with (folder / "modbas2-semifinish.truth.csv").open(encoding="utf-8") as text:
@@ -487,7 +487,7 @@ def test_the_points_of_a_real_form_are_what_its_truth_says(corpus: Path) -> None
 @pytest.mark.corpus
 def test_the_diameters_of_two_runs_are_what_their_truth_says(corpus: Path) -> None:
     folder = corpus / "data" / "made" / "dmis"
-    file = read_measured_file(folder / "shaft-two-runs.dmo", Stated())
+    file = read_measured_file(folder / "shaft-two-runs.dmo", StatedFacts())
     with (folder / "shaft-two-runs.truth.csv").open(encoding="utf-8") as text:
         expected = [
             (

@@ -10,13 +10,13 @@ from trueloop.domain.inspection import Reading
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.gauge_csv import recognises
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
 
-def read(folder: Path, text: str | bytes, stated: Stated | None = None) -> MeasuredFile:
+def read(folder: Path, text: str | bytes, stated: StatedFacts | None = None) -> MeasuredFile:
     path = folder / "readings.csv"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_measured_file(path, stated or Stated())
+    return read_measured_file(path, stated or StatedFacts())
 
 
 def readings(folder: Path, text: str | bytes) -> tuple[Reading, ...]:
@@ -162,7 +162,7 @@ def test_what_two_cells_say_or_nobody_can_say_is_refused_with_its_place(tmp_path
 
 def test_a_stated_unit_contradicts_columns_that_name_theirs(tmp_path: Path) -> None:
     with pytest.raises(TrueloopError) as caught:
-        read(tmp_path, "feature,diameter_mm\nA,20\n", Stated("inch"))
+        read(tmp_path, "feature,diameter_mm\nA,20\n", StatedFacts("inch"))
     assert caught.value.code is Code.MSR_COLUMN
 
 

@@ -9,7 +9,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
 HEADER = "PART NAME  : BLOCK\nREV NUMBER : A\nSER NUMBER : {}\nSTATS COUNT : 1\nDATE={}   TIME=10:22:33 AM\n\n"
 LOCATION = """DIM LOC1= LOCATION OF CIRCLE CIR1  UNITS=MM ,$
@@ -30,7 +30,7 @@ TP      0.010        MMC      0.020                 0.004      0.010      0.000
 def _read(path: Path, text: str, **stated: object) -> MeasuredFile:
     file = path / "report.txt"
     file.write_text(text)
-    return read_measured_file(file, Stated(**stated))  # type: ignore[arg-type]
+    return read_measured_file(file, StatedFacts(**stated))  # type: ignore[arg-type]
 
 
 def _readings(file: MeasuredFile) -> dict[str, Reading]:

@@ -8,7 +8,7 @@ import pytest
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 
 REPORT = """Plug Plate: 17
 Date: 2026-03-14
@@ -22,7 +22,7 @@ Date: 2026-03-14
 def test_a_hole_is_two_coordinates_a_diameter_and_a_form(tmp_path: Path) -> None:
     path = tmp_path / "plate.txt"
     path.write_text(REPORT)
-    file = read_measured_file(path, Stated("mm"))
+    file = read_measured_file(path, StatedFacts("mm"))
     (one,) = file.inspections
     x, y, diameter, form = one.readings[:4]
     assert (one.part.part_type.name, one.part.serial, one.measured_at is not None) == ("Plug Plate", "17", True)
@@ -31,9 +31,9 @@ def test_a_hole_is_two_coordinates_a_diameter_and_a_form(tmp_path: Path) -> None
     assert (diameter.quantity, diameter.actual, diameter.nominal) == (Quantity.DIAMETER, 2.17, 2.167)
     assert (form.quantity, form.actual) == (Quantity.FORM, 0.006)
     assert "1 of 4 deviations are not that: 'hole 2 x'" in file.remarks[0].text
-    assert read_measured_file(path, Stated("inch")).inspections[0].readings[0].actual == pytest.approx(25.7048)
+    assert read_measured_file(path, StatedFacts("inch")).inspections[0].readings[0].actual == pytest.approx(25.7048)
     with pytest.raises(TrueloopError) as refusal:
-        read_measured_file(path, Stated())
+        read_measured_file(path, StatedFacts())
     assert refusal.value.code is Code.MSR_UNIT
 
 
@@ -42,7 +42,7 @@ def test_a_hole_is_two_coordinates_a_diameter_and_a_form(tmp_path: Path) -> None
 def test_real_plates(corpus: Path, number: str) -> None:
     path = corpus / "data" / "public" / "cmm" / f"sdss-D{number}.txt"
     table = np.loadtxt(path, skiprows=4)
-    file = read_measured_file(path, Stated("mm"))
+    file = read_measured_file(path, StatedFacts("mm"))
     (one,) = file.inspections
     read = np.array([reading.actual for reading in one.readings]).reshape(-1, 4)
     assert read == pytest.approx(table[:, [0, 1, 6, 8]])

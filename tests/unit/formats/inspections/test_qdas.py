@@ -9,13 +9,13 @@ from tests.support.qdas import HEAD, characteristic, value_line
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
 
-def _read(folder: Path, text: str | bytes, stated: Stated | None = None, name: str = "part.dfq") -> MeasuredFile:
+def _read(folder: Path, text: str | bytes, stated: StatedFacts | None = None, name: str = "part.dfq") -> MeasuredFile:
     path = folder / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_measured_file(path, stated or Stated())
+    return read_measured_file(path, stated or StatedFacts())
 
 
 def _refused(folder: Path, text: str, code: Code, says: str) -> TrueloopError:
@@ -140,7 +140,7 @@ def test_a_unit_is_asked_for_and_others_than_of_length_are_left_out(tmp_path: Pa
     force = characteristic(2, "Force", "5", unit="N")
     text = HEAD + characteristic(1, unit="") + force + value_line("0.4", "5")
     assert _refused(tmp_path, text, Code.MSR_UNIT, "no unit").place
-    found = _read(tmp_path, text, Stated("inch"))
+    found = _read(tmp_path, text, StatedFacts("inch"))
     (reading,) = found.inspections[0].readings
     assert reading.actual == pytest.approx(10.16) and any("'Force' is in 'N'" in one.text for one in found.remarks)
 
@@ -172,12 +172,12 @@ def test_counted_characteristics_are_refused_or_left_out_beside_measured_ones(tm
 def test_plan_and_values_in_two_files(tmp_path: Path, named: str) -> None:
     (tmp_path / "Part.dfd").write_text(TWO)
     (tmp_path / "part.DFX").write_text(value_line("10.01", "50.01"))
-    found = read_measured_file(tmp_path / named, Stated())
+    found = read_measured_file(tmp_path / named, StatedFacts())
     assert [one.actual for one in found.inspections[0].readings] == [10.01, 50.01]
     (tmp_path / "part.DFX").unlink()
     if named == "Part.dfd":
         with pytest.raises(TrueloopError, match="half of a pair") as caught:
-            read_measured_file(tmp_path / named, Stated())
+            read_measured_file(tmp_path / named, StatedFacts())
         assert caught.value.code is Code.MSR_FILE
 
 
@@ -205,7 +205,7 @@ def test_fields_stated_twice_or_without_a_value_are_reported(tmp_path: Path) -> 
 @pytest.mark.corpus
 def test_a_gauge_s_file(corpus: Path) -> None:
     """Values as they stand in the file, in cm."""
-    found = read_measured_file(corpus / "data/public/qdas/aqdef-reader-testmeasures.dfq", Stated())
+    found = read_measured_file(corpus / "data/public/qdas/aqdef-reader-testmeasures.dfq", StatedFacts())
     assert [[one.actual for one in piece.readings] for piece in found.inspections] == [
         pytest.approx([2499.6, 2495.7]),
         pytest.approx([2498.3, 2494.0]),
@@ -220,10 +220,10 @@ def test_a_gauge_s_file(corpus: Path) -> None:
 
 @pytest.mark.corpus
 def test_three_parts_and_a_file_of_counts(corpus: Path) -> None:
-    found = read_measured_file(corpus / "data/public/qdas/diribet-three-parts.dfq", Stated("mm"))
+    found = read_measured_file(corpus / "data/public/qdas/diribet-three-parts.dfq", StatedFacts("mm"))
     parts = [one.part.part_type.name for one in found.inspections]
     assert [parts.count(f"<part_number_{k}>") for k in (1, 2, 3)] == [8, 1, 3] and len(found.characteristics) == 9
     assert [one.actual for one in found.inspections[-1].readings] == [1.8, 3.3, 4.8, 6.3, 7.8]
     with pytest.raises(TrueloopError, match="K2004 1") as caught:
-        read_measured_file(corpus / "data/public/qdas/diribet-attributive.dfq", Stated("mm"))
+        read_measured_file(corpus / "data/public/qdas/diribet-attributive.dfq", StatedFacts("mm"))
     assert caught.value.place is not None and caught.value.place.line == 7

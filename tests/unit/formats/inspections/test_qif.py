@@ -10,7 +10,7 @@ from tests.support.qif import INCH, UNITS, characteristic, document, measured, r
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
 BALL = "<Compensated>false</Compensated><ProbeRadius>2</ProbeRadius>"
 ABSOLUTE = "<MaxValue>10.03</MaxValue><MinValue>9.99</MinValue><DefinedAsLimit>true</DefinedAsLimit>"
@@ -21,10 +21,10 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def _read(folder: Path, text: str | bytes, stated: Stated | None = None) -> MeasuredFile:
+def _read(folder: Path, text: str | bytes, stated: StatedFacts | None = None) -> MeasuredFile:
     path = folder / "part.qif"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_measured_file(path, stated or Stated())
+    return read_measured_file(path, stated or StatedFacts())
 
 
 def _refused(folder: Path, text: str | bytes, code: Code, says: str) -> TrueloopError:
@@ -119,7 +119,7 @@ def test_a_unit_that_is_not_stated_is_asked_for(folder: Path) -> None:
         units="",
     )
     assert "--unit" in (_refused(folder, text, Code.MSR_UNIT, "no unit of length").hint or "")
-    found = _read(folder, text, Stated("inch"))
+    found = _read(folder, text, StatedFacts("inch"))
     (reading,) = found.inspections[0].readings
     assert reading.actual == pytest.approx(10.16)
     assert any("degrees or radians" in remark.text for remark in found.remarks), "angles are no lengths"
@@ -140,9 +140,9 @@ def test_units_that_contradict_their_names_are_refused(folder: Path, units: str,
 
 def test_a_unit_stated_twice_must_agree(folder: Path) -> None:
     text = document(results(measured("3", "1")), characteristics=[characteristic(1)])
-    assert _read(folder, text, Stated("mm")).unit == "mm"
+    assert _read(folder, text, StatedFacts("mm")).unit == "mm"
     with pytest.raises(TrueloopError, match="it states 1 mm"):
-        _read(folder, text, Stated("inch"))
+        _read(folder, text, StatedFacts("inch"))
 
 
 def test_every_part_of_every_result_set_is_an_inspection(folder: Path) -> None:
@@ -318,7 +318,7 @@ def test_what_cannot_be_read_is_refused(folder: Path, text: str | bytes, code: C
 def test_the_twenty_covers_value_by_value(corpus: Path) -> None:
     """Against a walk of the whole tree: actual → item → nominal → definition, and the published means."""
     path = corpus / "data/public/qif/nist-cover-20-parts.QIF"
-    found = read_measured_file(path, Stated("mm"))
+    found = read_measured_file(path, StatedFacts("mm"))
     assert [one.part.serial for one in found.inspections] == [str(k) for k in range(1, 21)]
     root = ElementTree.parse(path).getroot()
     by_id = {one.get("id"): one for one in root.iter() if one.get("id")}
@@ -355,7 +355,7 @@ def test_the_twenty_covers_value_by_value(corpus: Path) -> None:
 
 @pytest.mark.corpus
 def test_points_and_results_of_a_sample_of_the_standard(corpus: Path) -> None:
-    found = read_measured_file(corpus / "data/public/qif/pts-sample.QIF", Stated())
+    found = read_measured_file(corpus / "data/public/qif/pts-sample.QIF", StatedFacts())
     (inspection,) = found.inspections
     counts = (219, 219, 219, 18, 8, 2, 1, 1, 1, 1, 1, 1)
     assert len(inspection.points) == sum(counts) and len(inspection.readings) == 27

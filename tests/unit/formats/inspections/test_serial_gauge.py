@@ -6,13 +6,13 @@ import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 
 
 def _read(path: Path, text: str, **stated: object) -> MeasuredFile:
     file = path / "gauge.txt"
     file.write_bytes(text.encode())
-    return read_measured_file(file, Stated(**stated))  # type: ignore[arg-type]
+    return read_measured_file(file, StatedFacts(**stated))  # type: ignore[arg-type]
 
 
 def test_values_of_two_channels_with_faults_between_them(tmp_path: Path) -> None:

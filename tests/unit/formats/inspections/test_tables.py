@@ -12,7 +12,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
-from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 from trueloop.formats.inspections.shared.checks import within
 from trueloop.formats.inspections.tables.mapping import toml_of
 from trueloop.formats.inspections.tables.propose import propose
@@ -35,7 +35,7 @@ W1;Winkel;45;45,02;0,1;0,1;;
 def _read(path: Path, content: str | bytes, name: str = "part.csv", **stated: object) -> MeasuredFile:
     file = path / name
     file.write_bytes(content.encode() if isinstance(content, str) else content)
-    return read_measured_file(file, Stated(**stated))  # type: ignore[arg-type]
+    return read_measured_file(file, StatedFacts(**stated))  # type: ignore[arg-type]
 
 
 def _one(file: MeasuredFile) -> list[Reading]:
@@ -207,7 +207,9 @@ def test_whole_tolerances_of_sizes_to_the_micrometer_need_a_unit(
         grid = grid_of(tmp_path / "part.csv")
         mapping = tmp_path / "map.toml"
         units = "".join(f'{key} = "{unit}"\n' for key in keys)
-        mapping.write_text(f"{toml_of(settled(grid, propose(grid), Stated(unit='mm')), 'part.csv')}\n[units]\n{units}")
+        mapping.write_text(
+            f"{toml_of(settled(grid, propose(grid), StatedFacts(unit='mm')), 'part.csv')}\n[units]\n{units}"
+        )
         assert _one(_read(tmp_path, text, mapping=mapping))[0].upper_limit == pytest.approx(upper)
     for ordinary in ("44,1412", "44,00"):  # a part that uses its ±1 mm, and one measured to 10 µm
         sized = text.replace("44,0012", ordinary).replace("12,0003", "12,00" if ordinary == "44,00" else "12,0003")
@@ -228,7 +230,7 @@ def test_the_mapping_that_the_hint_names_states_the_unit_of_tolerances(tmp_path:
     text = "Name;Nominal;OT;UT;Actual\nØ 44;44;20;-20;44,031\nT 3;3;5;0;3,1\n"
     _refused(tmp_path, text, unit="mm")
     grid = grid_of(tmp_path / "part.csv")
-    proposed = settled(grid, propose(grid), Stated(unit="mm"))
+    proposed = settled(grid, propose(grid), StatedFacts(unit="mm"))
     mapping = tmp_path / "map.toml"
     units = '\n[units]\nupper_tolerance = "µm"\nlower_tolerance = "µm"\n'
     mapping.write_text(toml_of(proposed, "part.csv") + units)
@@ -385,7 +387,7 @@ def test_a_workbook_of_several_sheets_with_dates_errors_and_merged_cells(tmp_pat
     ]
     sheets: dict[str, list[list[object]]] = {"Notes": [["written by hand"]], "Results": rows}
     path = write_xlsx(tmp_path / "part.xlsx", sheets, merged=["A1:E1", "A3:A5"], creator="Erika Mustermann")
-    file = read_measured_file(path, Stated())
+    file = read_measured_file(path, StatedFacts())
     (inspection,) = file.inspections
     assert inspection.part.serial == "7"
     first, length = inspection.readings
@@ -400,10 +402,10 @@ def test_two_sheets_with_headings_are_not_chosen_between_and_hidden_ones_do_not_
     rows: list[list[object]] = [["Name", "Nominal [mm]", "Actual [mm]"], ["D1", 25, 25.01]]
     path = write_xlsx(tmp_path / "two.xlsx", {"A": rows, "B": rows})
     with pytest.raises(TrueloopError) as refusal:
-        read_measured_file(path, Stated())
+        read_measured_file(path, StatedFacts())
     assert "2 sheets" in str(refusal.value)
     hidden = write_xlsx(tmp_path / "hidden.xlsx", {"A": rows, "B": rows}, hidden=["B"])
-    assert _one(read_measured_file(hidden, Stated()))[0].actual == 25.01
+    assert _one(read_measured_file(hidden, StatedFacts()))[0].actual == 25.01
 
 
 def test_workbooks_that_would_fill_the_memory_are_refused_before_they_are_opened(tmp_path: Path) -> None:
@@ -416,7 +418,7 @@ def test_workbooks_that_would_fill_the_memory_are_refused_before_they_are_opened
         if words == "damaged":
             path.write_bytes(path.read_bytes()[:600])
         with pytest.raises(TrueloopError) as refusal:
-            read_measured_file(path, Stated())
+            read_measured_file(path, StatedFacts())
         assert refusal.value.code is Code.MSR_FILE
         assert words in str(refusal.value)
 

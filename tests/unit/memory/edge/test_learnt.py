@@ -8,7 +8,7 @@ import pytest
 from tests.support.kept import EDGE, MADE_AT
 from trueloop.arrays import Array
 from trueloop.domain.life import EdgeEvent, EdgeEventKind, EdgeLife
-from trueloop.memory.edge.learnt import Learnt, learnt
+from trueloop.memory.edge.learnt import EdgeKnowledge, learnt
 from trueloop.memory.edge.predict import predict
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.report.tool import ShownEdge, form_figure, transfer_figure
@@ -52,7 +52,7 @@ def history(seed: int = 1, parts: int = 6, noise_um: float = 1.0) -> list[MadePa
     return made
 
 
-def found(parts: list[MadePart]) -> Learnt:
+def found(parts: list[MadePart]) -> EdgeKnowledge:
     result = learnt(parts, ANGLES)
     assert result is not None
     return result

@@ -9,8 +9,17 @@ from hashlib import sha256
 from itertools import takewhile
 from typing import Final, TypeVar
 
-from trueloop.controllers.linuxcnc.cell.decide import Action, Asked, Control, ControlNow, Do, Patience, decide, seen
-from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal, Known, RunNow, known, with_entry
+from trueloop.controllers.linuxcnc.cell.decide import (
+    Action,
+    Control,
+    ControlNow,
+    Do,
+    Patience,
+    ServiceState,
+    decide,
+    seen,
+)
+from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal, JournalState, RunNow, known, with_entry
 from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
 from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service, encoded
 from trueloop.domain.factory import FactKind
@@ -39,10 +48,10 @@ class Client:
 
     def __init__(self, machine: str, control: Control, service: Service, journal: Journal, pace: Pace = Pace()) -> None:
         self.machine, self.control, self.service, self.journal, self.pace = machine, control, service, journal, pace
-        self.known: Known = known(journal.entries)
+        self.known: JournalState = known(journal.entries)
         self.said = ""
         self.fault: TrueloopError | None = None
-        self._asked, self._text = Asked(), b""
+        self._asked, self._text = ServiceState(), b""
         self._next_ask = self._next_try = self._next_word = 0.0
 
     def step(self) -> bool:
@@ -62,7 +71,7 @@ class Client:
     def _decided(self) -> tuple[Action, ControlNow]:
         now, run = self.control.now(), self.known.run  # first what it does, then what was logged: see `Control.witness`
         logged = seen(self.control.witness(), run.key) if run else seen("", "")
-        asked, self._asked = self._asked, Asked()
+        asked, self._asked = self._asked, ServiceState()
         return decide(run, now, logged, asked, self.pace.patience), now
 
     def _do(self, action: Action) -> bool:
@@ -142,7 +151,7 @@ class Client:
             return self._take(offer)
         if offer.sent_sha256 != run.sent_sha256:
             raise _not_ours(f"run {offer.key!r} was {run.sent_sha256[:16]!r} and now is {offer.sent_sha256[:16]!r}")
-        self._asked, self._text = Asked(offer.key, offer.armed, offer.text), offer.text
+        self._asked, self._text = ServiceState(offer.key, offer.armed, offer.text), offer.text
         return True
 
     def _take(self, offer: Offered) -> bool:
@@ -155,7 +164,7 @@ class Client:
             raise _not_ours(f"run {offer.key!r} is over: it runs once")
         gauges = offer.kind in ("probe", "inspect")
         name = _PROBE_LOG.search(offer.text) if gauges else None
-        self._asked, self._text = Asked(offer.key, offer.armed, offer.text), offer.text
+        self._asked, self._text = ServiceState(offer.key, offer.armed, offer.text), offer.text
         said = name[1].decode(errors="replace") if name else ""
         self._note("run", key=offer.key, sent_sha256=offer.sent_sha256, touches=said, kind=offer.kind)
         return True

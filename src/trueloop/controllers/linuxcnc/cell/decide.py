@@ -65,17 +65,17 @@ class Control(Protocol):
 
 
 @dataclass(frozen=True)
-class Seen:
+class ProgramCounts:
     """How often a run's program has begun and ended, by its own word."""
 
     started: int = 0
     ended: int = 0
 
 
-def seen(log: str, key: str) -> Seen:
+def seen(log: str, key: str) -> ProgramCounts:
     """Counts the starts and ends of one run. A last line without its end is not read: it may be being written."""
     lines = [line.strip() for line in log.splitlines(keepends=True) if line.endswith("\n")]
-    return Seen(lines.count(f"{key} started"), lines.count(f"{key} ended"))
+    return ProgramCounts(lines.count(f"{key} started"), lines.count(f"{key} ended"))
 
 
 class Do(StrEnum):
@@ -103,7 +103,7 @@ class Action:
 
 
 @dataclass(frozen=True)
-class Asked:
+class ServiceState:
     """The service's last word, where it is fresh: whether it still offers the run, and armed; `text`: the program."""
 
     key: str = ""
@@ -120,12 +120,14 @@ class Patience:
     away_s: float = 30.0
 
 
-def decide(run: RunNow | None, control: ControlNow, witness: Seen, asked: Asked, patience: Patience) -> Action:
+def decide(
+    run: RunNow | None, control: ControlNow, witness: ProgramCounts, service: ServiceState, patience: Patience
+) -> Action:
     """Returns the next action: witnesses count first; motion last, and only where nothing began under this key."""
     if run is None:
         return Action(Do.WAIT, "a program runs that is not ours") if control.active else Action(Do.ASK)
     return _noticed(run, control, witness) or (
-        _after_start(run, control, patience) if _moved(run) else _before_start(run, control, asked)
+        _after_start(run, control, patience) if _moved(run) else _before_start(run, control, service)
     )
 
 
@@ -133,7 +135,7 @@ def _moved(run: RunNow) -> bool:
     return run.begun or bool(run.facts & {FactKind.STARTED, FactKind.ENDED, FactKind.UNKNOWN})
 
 
-def _noticed(run: RunNow, control: ControlNow, witness: Seen) -> Action | None:
+def _noticed(run: RunNow, control: ControlNow, witness: ProgramCounts) -> Action | None:
     """A fact that is not noted yet."""
     ours = control.program == run.program
     if FactKind.STARTED not in run.facts and (witness.started or witness.ended):
@@ -172,16 +174,16 @@ def _over(run: RunNow, control: ControlNow) -> Action:
     return Action(Do.ASK, "a person decides whether the cut was made")
 
 
-def _before_start(run: RunNow, control: ControlNow, asked: Asked) -> Action:
-    ours, offered = control.program == run.program, asked.key == run.key
+def _before_start(run: RunNow, control: ControlNow, service: ServiceState) -> Action:
+    ours, offered = control.program == run.program, service.key == run.key
     if run.withdrawn or run.differs:
         return Action(Do.CLEAR) if ours else Action(Do.CLOSE)
     if FactKind.VERIFIED not in run.facts:
-        return Action(Do.SEND) if offered and asked.text is not None else Action(Do.ASK)
+        return Action(Do.SEND) if offered and service.text is not None else Action(Do.ASK)
     if control.doing is not Doing.IDLE:
         return Action(Do.WAIT, f"the control is {control.doing.value}, with {control.program!r}")
     if not ours and (not run.opened or not control.program):
         return Action(Do.OPEN)
-    if ours and control.doing is Doing.IDLE and offered and asked.armed:
+    if ours and control.doing is Doing.IDLE and offered and service.armed:
         return Action(Do.BEGIN)
     return Action(Do.ASK, "press Cycle Start" if ours else f"open {run.program!r} at the control")

@@ -142,7 +142,7 @@ class RunNow:
 
 
 @dataclass(frozen=True)
-class Known:
+class JournalState:
     """`run`: None where none is in hand; `over`: keys that never run again; `waiting`: entries for the service."""
 
     run: RunNow | None = None
@@ -151,15 +151,15 @@ class Known:
     refused: tuple[Any, ...] = field(default=())
 
 
-def known(entries: Iterable[Entry]) -> Known:
+def known(entries: Iterable[Entry]) -> JournalState:
     """Folds the entries of a journal into what is known."""
-    now = Known()
+    now = JournalState()
     for entry in entries:
         now = with_entry(now, entry)
     return now
 
 
-def with_entry(now: Known, entry: Entry) -> Known:
+def with_entry(now: JournalState, entry: Entry) -> JournalState:
     """Returns the state after one more entry."""
     values = entry.values
     if entry.what in TOLD:

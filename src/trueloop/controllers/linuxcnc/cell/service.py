@@ -72,13 +72,13 @@ class Service:
         else:
             self._post(f"/cell/{entries[0].what}", first)
 
-    def heartbeat(self, said: Mapping[str, Any]) -> None:
+    def heartbeat(self, report: Mapping[str, Any]) -> None:
         """Reports the machine's present state."""
-        self._post("/cell/heartbeat", dict(said))
+        self._post("/cell/heartbeat", dict(report))
 
-    def trace(self, said: Mapping[str, Any]) -> None:
+    def trace(self, report: Mapping[str, Any]) -> None:
         """Reports what the machine's corrector did."""
-        self._post("/cell/trace", dict(said))
+        self._post("/cell/trace", dict(report))
 
     def arm(self, order: str, parts: int, why: str) -> Mapping[str, Any]:
         """Arms so many parts of an order: they start without Cycle Start."""

@@ -102,11 +102,11 @@ def _end(process: "subprocess.Popen[bytes]") -> None:
         process.wait()
 
 
-def layout_of(said: bytes, named: Sequence[tuple[str, str]] | None = None) -> Layout:
+def layout_of(text: bytes, named: Sequence[tuple[str, str]] | None = None) -> Layout:
     """Determines the layout from the reader's first line. Raises RTC-CONNECTION."""
-    if not said:
+    if not text:
         raise _no_linuxcnc("its `hal` module for Python cannot be used")
-    head: dict[str, Any] = json.loads(said)
+    head: dict[str, Any] = json.loads(text)
     if "error" in head:
         raise _no_corrector(head)
     place: dict[str, int] = {}

@@ -21,7 +21,7 @@ from typing import Final, Literal
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.formats.inspections.controls.meaning import MM_PER, Meaning, inspection_of, meaning_of, unit_of
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.shared.checks import stated_deviations
 from trueloop.formats.inspections.shared.text import NUMBER, beginning, number_in, read_decoded
 
@@ -70,7 +70,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return any(HEADING.fullmatch(line) for line in beginning(head).splitlines())
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads one inspection a log: a file may have several. Raises MSR-UNIT, MSR-MAPPING."""
     text, encoding = read_decoded(path)
     meaning = meaning_of(stated)

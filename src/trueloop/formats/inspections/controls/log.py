@@ -23,7 +23,7 @@ from trueloop.formats.inspections.controls.meaning import (
     not_stated,
     unit_of,
 )
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.shared.text import NUMBER, beginning, number_in, read_decoded
 
 Kind: TypeAlias = Literal["linuxcnc", "words", "columns"]
@@ -56,7 +56,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return _kind(beginning(head).splitlines()[:100]) is not None
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads a log's touches as points, one inspection a run. Raises MSR-MEANING, MSR-UNIT, MSR-MAPPING, MSR-VALUE."""
     text, encoding = read_decoded(path)
     lines = text.splitlines()

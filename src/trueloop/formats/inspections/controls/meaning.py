@@ -24,7 +24,7 @@ from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.measured_file import Stated, Unit
+from trueloop.formats.inspections.measured_file import StatedFacts, Unit
 from trueloop.formats.inspections.shared.checks import numbered
 from trueloop.formats.toml_tables import Count, Finite, NotNegative, Table, read_tables
 from trueloop.units import MM_PER_INCH
@@ -113,14 +113,14 @@ class Meaning(Table):
     """The part's names of features by those in the file, `"DIA 7" = "journal"`, `"LENGTH 2" = "shoulder from end"`."""
 
 
-def meaning_of(stated: Stated) -> Meaning:
+def meaning_of(stated: StatedFacts) -> Meaning:
     """The mapping that is stated; one without keys where none is. Raises MSR-MAPPING with the line of a wrong key."""
     if stated.mapping is None:
         return Meaning()
     return read_tables(stated.mapping, Meaning, Code.MSR_MAPPING, hint=HINT)
 
 
-def unit_of(stated: Stated, meaning: Meaning, path: Path) -> Unit:
+def unit_of(stated: StatedFacts, meaning: Meaning, path: Path) -> Unit:
     """The unit of the file's lengths. Raises MSR-UNIT where it is not stated, or stated twice and differently."""
     units = {unit for unit in (stated.unit, meaning.unit) if unit is not None}
     if len(units) == 1:

@@ -21,7 +21,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Vector
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.controls.meaning import MM_PER, Meaning, inspection_of, meaning_of, unit_of
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.shared.checks import filled_in, half_digits, stated_deviations
 from trueloop.formats.inspections.shared.text import beginning, number_in, read_decoded
 
@@ -57,7 +57,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return any(HEADING.fullmatch(line) or ROW.fullmatch(line) or POINT.fullmatch(line) for line in lines)
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads one inspection for each component number. Raises MSR-UNIT, MSR-VALUE for a point without its other half."""
     text, encoding = read_decoded(path)
     meaning = meaning_of(stated)
@@ -172,14 +172,14 @@ class _Reader:
         )
 
 
-def _inspection(path: Path, meaning: Meaning, one: _Component) -> Inspection:
+def _inspection(path: Path, meaning: Meaning, component: _Component) -> Inspection:
     """Raises MSR-VALUE for points touched with balls of several sizes: an inspection has one."""
-    if len(one.balls_mm) > 1:
+    if len(component.balls_mm) > 1:
         raise Code.MSR_VALUE.refusal(
-            f"{path.name!r}: its points were touched with balls of {len(one.balls_mm)} radii, "
-            f"{min(one.balls_mm):.4f} mm to {max(one.balls_mm):.4f} mm",
+            f"{path.name!r}: its points were touched with balls of {len(component.balls_mm)} radii, "
+            f"{min(component.balls_mm):.4f} mm to {max(component.balls_mm):.4f} mm",
             hint="split the file by the probe that was used",
             place=Place(str(path)),
         )
-    ball_mm = next(iter(one.balls_mm), 0.0)
-    return inspection_of(path, meaning, one.readings, one.points, ball_radius_mm=ball_mm)
+    ball_mm = next(iter(component.balls_mm), 0.0)
+    return inspection_of(path, meaning, component.readings, component.points, ball_radius_mm=ball_mm)

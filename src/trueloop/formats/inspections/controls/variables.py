@@ -25,7 +25,7 @@ from trueloop.formats.inspections.controls.meaning import (
     not_stated,
     unit_of,
 )
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.shared.text import MOST, beginning, read_decoded
 
 NUMBER: Final = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
@@ -147,7 +147,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return bool(spoken) and sum(map(is_assignment, spoken)) > 0.8 * len(spoken)
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads the variables that the mapping gives a meaning, as readings and points of one part.
 
     Raises MSR-MEANING without a mapping, MSR-VALUE for a variable that it names and the dump has not, or with two

@@ -7,7 +7,7 @@ from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.dmis.features import WORDS, Feature, feature_of
-from trueloop.formats.inspections.dmis.runs import Actual, Found, Heading, Notes, Run, shared, with_date, with_time
+from trueloop.formats.inspections.dmis.runs import Actual, Heading, Notes, Run, RunResult, shared, with_date, with_time
 from trueloop.formats.inspections.dmis.tolerances import BETWEEN, Result, Tolerance, result_of, tolerance_of
 from trueloop.formats.inspections.dmis.words import (
     FIRST,
@@ -29,7 +29,7 @@ TURNED_ABOUT: Final = {"XAXIS": 0, "YAXIS": 1, "ZAXIS": 2}
 
 
 def moved(
-    statement: Words, settings: Settings, known: Mapping[str, Frame], datums: str, *, measured: bool
+    statement: Words, settings: Settings, frames: Mapping[str, Frame], datums: str, *, measured: bool
 ) -> tuple[str, Frame | None]:
     """Returns datums and frame in force after a statement; the frame is None where it begins anew at other datums.
 
@@ -50,7 +50,7 @@ def moved(
     if statement.word == "ROTATE":
         return datums, _turned(statement, settings)
     label = label_in(statement.fields[0]) if statement.fields else None
-    frame = known.get(key_of(label[1])) if label is not None else None
+    frame = frames.get(key_of(label[1])) if label is not None else None
     if frame is None:
         raise _refusal(statement, settings)
     return datums, frame
@@ -287,7 +287,7 @@ def _result(at: Interpreter, statement: Words) -> None:
         if result.what not in BETWEEN and at.last in features:
             features = (at.last,)  # of several that are output together, the one that stands before
         limits = at.run.by_label.get(key_of(statement.label))  # a label may mean another tolerance further on
-        at.run.found.append(Found(result, features, at.heading.moment, limits))
+        at.run.found.append(RunResult(result, features, at.heading.moment, limits))
     elif result is None:
         at.notes.count(f"{_title(statement)} is not read", statement.line)
     else:

@@ -24,7 +24,7 @@ from trueloop.formats.inspections.dmis.interpret import Interpreter, announced_i
 from trueloop.formats.inspections.dmis.runs import Notes, Run
 from trueloop.formats.inspections.dmis.values import characteristics_of, quantity_is_size, values_of
 from trueloop.formats.inspections.dmis.words import LENGTHS_MM, Words, label_in, settings_from, words_of
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated, Unit
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, StatedFacts, Unit
 from trueloop.formats.inspections.shared.text import HINT, decoded
 
 BLANKS: Final = " \t\f\v\x1a\0\ufeff"
@@ -168,14 +168,14 @@ def _is_of_dmis(words: Words) -> bool:
     return output or (words.word in ("DMISMN", "DMISMD", "FILNAM") and words.fields[:1] != ("",))
 
 
-def read_dmis(path: Path, stated: Stated) -> MeasuredFile:
+def read_dmis(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads the inspections of a file. Raises MSR errors with the lines of what cannot be read."""
     with readable(path, Code.MSR_FILE, hint=HINT):
         content = path.read_bytes()
     return _read(content, path, stated)
 
 
-def _read(content: bytes, path: Path, stated: Stated) -> MeasuredFile:
+def _read(content: bytes, path: Path, stated: StatedFacts) -> MeasuredFile:
     text, encoding = dmis_text(content, path)
     notes = Notes()
     statements = _statements(text, notes)
@@ -221,7 +221,7 @@ def _statements(text: str, notes: Notes) -> list[Words]:
     return found
 
 
-def _unit(statements: list[Words], stated: Stated) -> Unit | None:
+def _unit(statements: list[Words], stated: StatedFacts) -> Unit | None:
     """The file's first unit; that of the user where it states none."""
     for statement in statements:
         if statement.word == "UNITS":

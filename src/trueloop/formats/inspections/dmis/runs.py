@@ -46,7 +46,7 @@ class Actual:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class RunResult:
     """A result, the keys of the features that it is about (of a distance two), and the tolerance of its label."""
 
     result: Result
@@ -65,7 +65,7 @@ class Run:
     actuals: list[Actual] = field(default_factory=list)
     tolerances: dict[str, dict[str, Tolerance]] = field(default_factory=dict)
     by_label: dict[str, Tolerance] = field(default_factory=dict)
-    found: list[Found] = field(default_factory=list)
+    found: list[RunResult] = field(default_factory=list)
     loose: list[tuple[str, Vector, Vector | None]] = field(default_factory=list)
     stated: set[str] = field(default_factory=set)
 

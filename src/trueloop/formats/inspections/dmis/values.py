@@ -10,7 +10,7 @@ from typing import Final, Literal
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import CmmPoint, Reading, Vector
 from trueloop.formats.inspections.dmis.features import POINTS, Feature, Side
-from trueloop.formats.inspections.dmis.runs import Actual, Found, Notes, Run
+from trueloop.formats.inspections.dmis.runs import Actual, Notes, Run, RunResult
 from trueloop.formats.inspections.dmis.tolerances import (
     AXES,
     BETWEEN,
@@ -176,11 +176,11 @@ def _place(actual: Actual | None) -> Vector | tuple[()]:
     return nominal or actual.feature.point_mm or ()
 
 
-def _found(values: Values, found: Found, latest: dict[str, Actual]) -> None:
+def _found(values: Values, run_result: RunResult, latest: dict[str, Actual]) -> None:
     """A result: of what the features state too it is compared, anything else becomes a reading."""
-    result = found.result
-    feature = found.features[0] if found.features else ""
-    limits = found.labelled or values.run.by_label.get(key_of(result.label))
+    result = run_result.result
+    feature = run_result.features[0] if run_result.features else ""
+    limits = run_result.labelled or values.run.by_label.get(key_of(result.label))
     if limits is None or limits.what != result.what:
         limits = values.run.tolerances.get(feature, {}).get(result.what)
     taken = values.taken.get((feature, result.what))
@@ -191,23 +191,23 @@ def _found(values: Values, found: Found, latest: dict[str, Actual]) -> None:
         assert isinstance(reading, Reading)
         _compare(values, result, reading.actual, reading.nominal, limits, _step(actual))
         return
-    _stated(values, found, latest.get(feature), limits)
+    _stated(values, run_result, latest.get(feature), limits)
 
 
-def _stated(values: Values, found: Found, actual: Actual | None, limits: Tolerance | None) -> None:
+def _stated(values: Values, run_result: RunResult, actual: Actual | None, limits: Tolerance | None) -> None:
     """A reading of what the result alone states, or of a point along its normal or an axis."""
-    result = found.result
-    feature, other = (*found.features[:2], "", "")[:2]
+    result = run_result.result
+    feature, other = (*run_result.features[:2], "", "")[:2]
     source = Source(
         actual.feature.label if actual is not None else _label(values, feature),
         _label(values, other) if result.what in BETWEEN else "",
         actual,
-        found.moment,
+        run_result.moment,
         result.line,
     )
     given = None if actual is None else _by_geometry(actual, result.what)
     for which, stated in zip(_which(result), result.values, strict=False):
-        nominal = _nominal(values, found, limits) if given is None else given[1]
+        nominal = _nominal(values, run_result, limits) if given is None else given[1]
         value = _as_value(values, result, stated, nominal)
         if given is not None and actual is not None:
             _compare(values, result, given[0], given[1], limits, _step(actual))
@@ -234,12 +234,12 @@ def _which(result: Result) -> tuple[str, ...]:
     return ("",)
 
 
-def _nominal(values: Values, found: Found, limits: Tolerance | None) -> float | None:
-    if found.result.what in ZONES or found.result.what in PROFILES:
+def _nominal(values: Values, result: RunResult, limits: Tolerance | None) -> float | None:
+    if result.result.what in ZONES or result.result.what in PROFILES:
         return 0.0
     if limits is not None and limits.nominal is not None:
         return limits.nominal
-    return size_of(values.run.nominals.get(found.features[0] if found.features else ""), found.result.what)
+    return size_of(values.run.nominals.get(result.features[0] if result.features else ""), result.result.what)
 
 
 def _by_geometry(actual: Actual, what: str) -> tuple[float, float | None] | None:

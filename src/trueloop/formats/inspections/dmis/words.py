@@ -11,7 +11,7 @@ from typing import Final
 
 from trueloop.domain.inspection import Vector
 from trueloop.errors import Code, Place
-from trueloop.formats.inspections.measured_file import Stated
+from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.units import MM_PER_INCH
 
 PARTS: Final = re.compile(
@@ -175,7 +175,7 @@ class Settings:
         return self.frame.point(q)
 
 
-def settings_from(path: Path, stated: Stated) -> Settings:
+def settings_from(path: Path, stated: StatedFacts) -> Settings:
     """Returns the settings at a file's beginning."""
     return Settings(path, None if stated.unit is None else LENGTHS_MM[stated.unit.upper()])
 

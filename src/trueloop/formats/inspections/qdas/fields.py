@@ -92,47 +92,47 @@ def fields_of(texts: Iterator[tuple[Path, str]]) -> Fields:
     return found
 
 
-def _take(found: Fields, match: re.Match[str], part: int, line: int) -> int:
+def _take(fields: Fields, match: re.Match[str], part: int, line: int) -> int:
     """A field goes where its number says; returns the part that characteristics after it belong to."""
     key, index, value = match[1], int(match[2] or 0), (match[3] or "").strip()
     if key.startswith("1"):
-        found.parts[index][key] = value
-        found.lines.setdefault((key, index), line)
+        fields.parts[index][key] = value
+        fields.lines.setdefault((key, index), line)
         return index
     if key.startswith("2"):
-        if key in found.characteristics[index]:
-            found.again.append((f"K{key}/{index}", line))
-        found.characteristics[index][key] = value
-        found.lines.setdefault((key, index), line)
+        if key in fields.characteristics[index]:
+            fields.again.append((f"K{key}/{index}", line))
+        fields.characteristics[index][key] = value
+        fields.lines.setdefault((key, index), line)
         if index:
-            found.part_of.setdefault(index, part)
+            fields.part_of.setdefault(index, part)
     elif key == VALUE:
-        for each in found.part_of if index == 0 else (index,):
-            found.values[each].add(line, value)
+        for each in fields.part_of if index == 0 else (index,):
+            fields.values[each].add(line, value)
     elif key in {ATTRIBUTE, TIME, SERIAL}:
-        _add(found, key, index, value, line)
+        _add(fields, key, index, value, line)
     return part
 
 
-def _add(found: Fields, key: str, index: int, value: str, line: int) -> None:
+def _add(fields: Fields, key: str, index: int, value: str, line: int) -> None:
     """To the last value of its characteristic, or of all."""
-    columns = [found.values[each] for each in (found.part_of if index == 0 else (index,)) if each in found.values]
+    columns = [fields.values[each] for each in (fields.part_of if index == 0 else (index,)) if each in fields.values]
     if not columns:
-        found.unplaced.append(line)
+        fields.unplaced.append(line)
     for column in columns:
         column.of(key)[-1] = value
 
 
-def _take_values(found: Fields, line: str, path: Path, number: int) -> None:
+def _take_values(fields: Fields, line: str, path: Path, number: int) -> None:
     values = line.split(BETWEEN_VALUES)
-    count = max(found.characteristics)
+    count = max(fields.characteristics)
     if len(values) > count:
         raise Code.MSR_VALUE.refusal(
             f"the line has {len(values)} values, the file {count} characteristics",
             hint="plan and values may not belong together: name the pair that was written together",
             place=Place(str(path), number),
         )
-    for index in found.part_of:
+    for index in fields.part_of:
         parts = values[index - 1].split(BETWEEN_PARTS, 3) if index <= len(values) else [""]
         value, attribute, time = (*parts, "", "")[:3]
-        found.values[index].add(number, value.strip(), attribute.strip() or "0", time.strip())
+        fields.values[index].add(number, value.strip(), attribute.strip() or "0", time.strip())

@@ -15,9 +15,9 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts, Unit
 from trueloop.formats.inspections.qdas.fields import Column, Fields, fields_of
-from trueloop.formats.inspections.shared.checks import Said, devices_of, filled_in
+from trueloop.formats.inspections.shared.checks import RemarkCounts, devices_of, filled_in
 from trueloop.formats.inspections.shared.quantities import quantity_in
 from trueloop.formats.inspections.shared.text import number_in, read_decoded
 
@@ -54,7 +54,7 @@ class Size:
     upper_limit: float | None
 
 
-def sizes_of(fields: Fields, path: Path, stated: Stated) -> tuple[Mapping[int, Size], list[Remark]]:
+def sizes_of(fields: Fields, path: Path, stated: StatedFacts) -> tuple[Mapping[int, Size], list[Remark]]:
     """Returns the variable characteristics by number. Raises MSR-COUNTED where there are none, MSR-UNIT, MSR-NUMBER."""
     sizes, remarks, counted = {}, list[Remark](), []
     for index in sorted(fields.part_of):
@@ -76,7 +76,7 @@ def sizes_of(fields: Fields, path: Path, stated: Stated) -> tuple[Mapping[int, S
     return sizes, remarks
 
 
-def _size(fields: Fields, index: int, name: str, path: Path, stated: Stated) -> Size:
+def _size(fields: Fields, index: int, name: str, path: Path, stated: StatedFacts) -> Size:
     unit = fields.of(index, "2142").lower()
     quantity = _quantity(fields, index, name, unit)
     factor = DEGREES[unit] if quantity is Quantity.ANGLE else _mm(unit, path, fields, index, stated)
@@ -125,7 +125,7 @@ def _quantity(fields: Fields, index: int, name: str, unit: str) -> Quantity:
     return Quantity.OTHER if found is Quantity.ANGLE else found  # in a unit of length
 
 
-def _mm(unit: str, path: Path, fields: Fields, index: int, stated: Stated) -> float:
+def _mm(unit: str, path: Path, fields: Fields, index: int, stated: StatedFacts) -> float:
     if unit:
         return MM[unit]
     if stated.unit is not None:
@@ -158,7 +158,7 @@ NO_TIME: Final = datetime(1970, 1, 1)
 TIMES: Final = ("%d.%m.%Y/%H:%M:%S", "%d.%m.%y/%H:%M:%S", "%d.%m.%Y/%H:%M", "%d.%m.%Y %H:%M:%S", "%d.%m.%Y")
 
 
-def read_qdas(path: Path, stated: Stated) -> MeasuredFile:
+def read_qdas(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads a `.dfq`, or the pair of a `.dfd` or `.dfx`, in mm and degrees, one inspection for each piece.
 
     Raises MSR-COUNTED for what is counted and not measured, MSR-UNIT for a length whose unit is not stated,
@@ -168,7 +168,7 @@ def read_qdas(path: Path, stated: Stated) -> MeasuredFile:
     texts = [read_decoded(each) for each in files]
     fields = fields_of(iter(zip(files, (text for text, _ in texts), strict=True)))
     sizes, remarks = sizes_of(fields, path, stated)
-    said = Said()
+    said = RemarkCounts()
     sha256 = hashlib.sha256(b"".join(each.read_bytes() for each in files)).hexdigest()
     inspections = tuple(_inspections(fields, sizes, files[-1], sha256, said))
     remarks += said.remarks()
@@ -209,7 +209,7 @@ def _beside(path: Path) -> list[Path]:
         return []
 
 
-def _unit(fields: Fields, sizes: Mapping[int, Size], stated: Stated) -> Unit | None:
+def _unit(fields: Fields, sizes: Mapping[int, Size], stated: StatedFacts) -> Unit | None:
     """The unit of all lengths, where they have one and it is mm or inch."""
     factors = {size.factor for index, size in sizes.items() if fields.of(index, "2142").lower() in MM}
     if len(factors) > 1:
@@ -219,7 +219,7 @@ def _unit(fields: Fields, sizes: Mapping[int, Size], stated: Stated) -> Unit | N
 
 
 def _inspections(
-    fields: Fields, sizes: Mapping[int, Size], path: Path, sha256: str, said: Said
+    fields: Fields, sizes: Mapping[int, Size], path: Path, sha256: str, remarks: RemarkCounts
 ) -> Iterator[Inspection]:
     of_part: defaultdict[int, list[int]] = defaultdict(list)
     for index, part in fields.part_of.items():
@@ -229,7 +229,7 @@ def _inspections(
         columns = [fields.values[index] for index in indices]
         count = max(len(column.values) for column in columns)
         if any(len(column.values) != count for column in columns):
-            said.add("parts have characteristics with different counts of values: the n-th are one piece", None)
+            remarks.add("parts have characteristics with different counts of values: the n-th are one piece", None)
         name = fields.of_part(part, "1001") or fields.of_part(part, "1002")
         part_type = PartType(name, fields.of_part(part, "1004"))
         of_all, operator = fields.of_part(part, "1202"), fields.of_part(part, "1222")
@@ -237,12 +237,12 @@ def _inspections(
         by = {one: text.split(", ") if text else [of_all] for one, text in own.items()}
         asked = [sizes[index] for index in indices]
         for number in range(count):
-            readings = tuple(_readings(asked, columns, number, path, said))
+            readings = tuple(_readings(asked, columns, number, path, remarks))
             if readings:
                 measured = [(one.characteristic, name) for one in readings for name in by[one.characteristic]]
                 times = (one.measured_at for one in readings if one.measured_at is not None)
                 yield Inspection(
-                    Part(part_type, _serial(columns, number, said)),
+                    Part(part_type, _serial(columns, number, remarks)),
                     "readings",
                     sha256,
                     len(readings),
@@ -254,7 +254,9 @@ def _inspections(
                 )
 
 
-def _readings(sizes: list[Size], columns: list[Column], number: int, path: Path, said: Said) -> Iterator[Reading]:
+def _readings(
+    sizes: list[Size], columns: list[Column], number: int, path: Path, remarks: RemarkCounts
+) -> Iterator[Reading]:
     """The valid values of one piece."""
     for size, column in zip(sizes, columns, strict=True):
         if number >= len(column.values):
@@ -262,7 +264,7 @@ def _readings(sizes: list[Size], columns: list[Column], number: int, path: Path,
         value, attribute, line = column.values[number], column.attributes[number], column.lines[number]
         if attribute != VALID or not value:
             if attribute not in {VALID, EMPTY}:
-                said.add(f"values with attribute {attribute} are not valid: left out", line)
+                remarks.add(f"values with attribute {attribute} are not valid: left out", line)
             continue
         yield Reading(
             characteristic=size.name,
@@ -276,11 +278,11 @@ def _readings(sizes: list[Size], columns: list[Column], number: int, path: Path,
         )
 
 
-def _serial(columns: list[Column], number: int, said: Said) -> str:
+def _serial(columns: list[Column], number: int, remarks: RemarkCounts) -> str:
     """That of a piece; empty where its values state none, or different ones."""
     serials = {column.serials[number] for column in columns if number < len(column.serials)} - {""}
     if len(serials) > 1:
-        said.add("values of one piece have different serial numbers: it has none", None)
+        remarks.add("values of one piece have different serial numbers: it has none", None)
     return serials.pop() if len(serials) == 1 else ""
 
 

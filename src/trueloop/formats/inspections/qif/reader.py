@@ -11,12 +11,19 @@ from typing import Final
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Values
 from trueloop.domain.part import Part, PartType
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.qif.elements import Element, encoding_of, place_in, records
 from trueloop.formats.inspections.qif.plan import Item, Parts, Plan, plan_of
 from trueloop.formats.inspections.qif.results import Result, ResultSet, take, traced
 from trueloop.formats.inspections.qif.units import Units, units_of
-from trueloop.formats.inspections.shared.checks import Said, devices_of, filled_in, numbered, stated_verdicts, within
+from trueloop.formats.inspections.shared.checks import (
+    RemarkCounts,
+    devices_of,
+    filled_in,
+    numbered,
+    stated_verdicts,
+    within,
+)
 
 NO_PLAN = "results refer to characteristics that are not in this file: no nominal value, no limits"
 
@@ -30,22 +37,22 @@ class Document:
     plan: Plan
     serials: Mapping[str, str]
     devices: Mapping[str, str]
-    said: Said
+    said: RemarkCounts
     wrong_verdicts: list[tuple[Reading, bool]]
 
 
-def inspections_of(one: ResultSet, document: Document) -> Iterator[Inspection]:
+def inspections_of(results: ResultSet, document: Document) -> Iterator[Inspection]:
     """Yields an inspection for each part of a result set: those that its results name, else the one of the set."""
     by_component: defaultdict[str, list[Result]] = defaultdict(list)
-    default = one.components[0] if len(one.components) == 1 else ""
-    if len(one.components) > 1 and any(not result.component for result in one.results):
-        document.said.add("results of a set for several parts do not state their part", one.line)
-    for result in one.results:
+    default = results.components[0] if len(results.components) == 1 else ""
+    if len(results.components) > 1 and any(not result.component for result in results.results):
+        document.said.add("results of a set for several parts do not state their part", results.line)
+    for result in results.results:
         by_component[result.component or default].append(result)
-    radius, points = _points(one, document)
+    radius, points = _points(results, document)
     for number, component in enumerate(by_component or {default: []}):
-        of_set = ((), 0) if number else (points, one.unkept)
-        inspection = _inspection(one, component, by_component[component], *of_set, radius, document)
+        of_set = ((), 0) if number else (points, results.unkept)
+        inspection = _inspection(results, component, by_component[component], *of_set, radius, document)
         if inspection.count:
             yield inspection
 
@@ -94,12 +101,12 @@ def _inspection(
     )
 
 
-def _reading(result: Result, item: Item | None, one: ResultSet, document: Document) -> Reading:
+def _reading(result: Result, item: Item | None, results: ResultSet, document: Document) -> Reading:
     if item is None:
         document.said.add(NO_PLAN, result.line)
         item = Item(f"characteristic {result.item or 'of another file'}", Quantity.OTHER)
     plan = document.plan
-    features = item.features or tuple(one.feature_of.get(each, "") for each in result.features)
+    features = item.features or tuple(results.feature_of.get(each, "") for each in result.features)
     feature, other = item.features_in(plan, features)
     place = plan.places.get(features[0], ()) if len(features) == 1 else place_in(item.kept.get("place", ""))
     reading = Reading(
@@ -122,20 +129,20 @@ def _reading(result: Result, item: Item | None, one: ResultSet, document: Docume
     return reading
 
 
-def _points(one: ResultSet, document: Document) -> tuple[float, tuple[CmmPoint, ...]]:
+def _points(results: ResultSet, document: Document) -> tuple[float, tuple[CmmPoint, ...]]:
     """The points of the most frequent ball radius, named by their features: an inspection has one ball."""
-    for missing in one.referred - one.held:
-        document.said.add(f"features refer to points that are not in this file: {missing!r}", one.line)
-    if not one.points:
+    for missing in results.referred - results.held:
+        document.said.add(f"features refer to points that are not in this file: {missing!r}", results.line)
+    if not results.points:
         return 0.0, ()
-    radius = max(one.points, key=lambda each: len(one.points[each]))
-    for other, points in one.points.items():
+    radius = max(results.points, key=lambda each: len(results.points[each]))
+    for other, points in results.points.items():
         if other != radius:
             text = f"points of a ball of {other:g} mm are left out beside those of one of {radius:g} mm"
-            document.said.add(text, one.line, len(points))
+            document.said.add(text, results.line, len(points))
     by_item: defaultdict[str, list[CmmPoint]] = defaultdict(list)
-    for point in one.points[radius]:
-        by_item[one.feature_of.get(point.name, point.name)].append(point)
+    for point in results.points[radius]:
+        by_item[results.feature_of.get(point.name, point.name)].append(point)
     return radius, tuple(point for item, points in by_item.items() for point in _named(item, points, document.plan))
 
 
@@ -158,14 +165,14 @@ class _Read:
     """State of the reader; units are settled when the first value needs them."""
 
     path: Path
-    stated: Stated
+    stated: StatedFacts
     version: str = ""
     file_units: Element | None = None
     units: Units | None = None
     parts: Parts = field(default_factory=Parts)
     sets: list[ResultSet] = field(default_factory=list)
     traced: tuple[str, datetime | None] = ("", None)
-    said: Said = field(default_factory=Said)
+    said: RemarkCounts = field(default_factory=RemarkCounts)
 
     def known_units(self) -> Units:
         if self.units is None:
@@ -200,7 +207,7 @@ OF_RESULTS: Final = {
 """Lists that belong to the result set around them."""
 
 
-def read_qif(path: Path, stated: Stated) -> MeasuredFile:
+def read_qif(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads a QIF document's results, in mm and degrees, with remarks on references to nothing, on what is not a size
     and on what was not measured.
 

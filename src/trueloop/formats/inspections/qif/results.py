@@ -9,7 +9,7 @@ from trueloop.domain.inspection import CmmPoint
 from trueloop.formats.inspections.qif.elements import Element
 from trueloop.formats.inspections.qif.plan import KINDS, POINTS, kind_of
 from trueloop.formats.inspections.qif.units import Units
-from trueloop.formats.inspections.shared.checks import Said
+from trueloop.formats.inspections.shared.checks import RemarkCounts
 from trueloop.formats.inspections.shared.text import iso_time, number_in, numbers_in
 
 MAX_POINTS: Final = 500_000
@@ -53,19 +53,19 @@ class ResultSet:
     held: set[str] = field(default_factory=set)
 
 
-def take(one: ResultSet, around: str, element: Element, units: Units, said: Said) -> None:
+def take(results: ResultSet, around: str, element: Element, units: Units, remarks: RemarkCounts) -> None:
     """Adds what an element within `MeasurementResults` reports."""
     if element.name == "ActualComponentIds":
-        one.components = tuple(part.text for part in element.parts)
+        results.components = tuple(part.text for part in element.parts)
     elif element.name == "InspectionTraceability":
-        one.operator, one.measured_at = traced(element)
+        results.operator, results.measured_at = traced(element)
     elif around in {"CharacteristicActuals", "CharacteristicMeasurements"}:
-        if (result := _result(element, units, said)) is not None:
-            one.results.append(result)
+        if (result := _result(element, units, remarks)) is not None:
+            results.results.append(result)
     elif around in {"MeasuredPointSets", "PointSets"}:
-        _take_points(one, element, units, said)
+        _take_points(results, element, units, remarks)
     else:
-        _take_feature(one, element, units)
+        _take_feature(results, element, units)
 
 
 def traced(element: Element) -> tuple[str, datetime | None]:
@@ -74,18 +74,18 @@ def traced(element: Element) -> tuple[str, datetime | None]:
     return element.words("InspectionOperator", "Name"), next((one for one in times if one is not None), None)
 
 
-def _result(element: Element, units: Units, said: Said) -> Result | None:
+def _result(element: Element, units: Units, remarks: RemarkCounts) -> Result | None:
     kind, value = kind_of(element), element.first("Value")
     if kind not in KINDS:
-        said.add(f"results of {element.name} are no lengths or angles: left out", element.line)
+        remarks.add(f"results of {element.name} are no lengths or angles: left out", element.line)
         return None
     if value is None or not value.text:
         verdict = element.words("Status", "CharacteristicStatusEnum") or "none"
-        said.add(f"results have no value but a verdict, {verdict}: left out", element.line)
+        remarks.add(f"results have no value but a verdict, {verdict}: left out", element.line)
         return None
     number = units.value(value, KINDS[kind])
     if number is None:
-        said.add("angles are left out: the file states no angular unit, degrees or radians", element.line)
+        remarks.add("angles are left out: the file states no angular unit, degrees or radians", element.line)
         return None
     uncertainty = value.attributes.get("combinedUncertainty")
     factor = units.factor(value, KINDS[kind]) or 1.0
@@ -108,34 +108,34 @@ def _ids(element: Element, *names: str) -> tuple[str, ...]:
     return tuple(one.text for ids in element.parts if ids.name in names for one in ids.parts)
 
 
-def _take_feature(one: ResultSet, element: Element, units: Units) -> None:
+def _take_feature(results: ResultSet, element: Element, units: Units) -> None:
     """Of which item it is, the point sets that it was made of; of a point without such a set the point itself."""
     item = element.words("FeatureItemId")
     sets = [part.text for each in element.every("PointList") for part in each.parts]
-    one.referred.update(sets)
+    results.referred.update(sets)
     for identifier in (element.attributes.get("id", ""), *sets):
-        one.feature_of.setdefault(identifier, item)
+        results.feature_of.setdefault(identifier, item)
     if element.name.startswith(POINTS) and not sets:
         location = units.place(element.first("Location"))
         if location is not None:
-            one.points.setdefault(0.0, []).append(CmmPoint(location, name=item))
+            results.points.setdefault(0.0, []).append(CmmPoint(location, name=item))
 
 
-def _take_points(one: ResultSet, element: Element, units: Units, said: Said) -> None:
+def _take_points(results: ResultSet, element: Element, units: Units, remarks: RemarkCounts) -> None:
     """Points of a set, named by its identifier until the names of features are known."""
     points = element.first("Points")
-    one.held.add(element.attributes.get("id", ""))
+    results.held.add(element.attributes.get("id", ""))
     if points is None:
-        said.add("point sets are binary or empty: left out", element.line)
+        remarks.add("point sets are binary or empty: left out", element.line)
         return
     stated, words = element.attributes.get("count", ""), points.text.split()
     count = int(stated) if stated.isdecimal() else len(words) // 3
-    if points.cut or sum(map(len, one.points.values())) + len(words) // 3 > MAX_POINTS:
-        one.unkept += count
-        said.add(f"point sets beyond {MAX_POINTS} points are counted, not kept", element.line)
+    if points.cut or sum(map(len, results.points.values())) + len(words) // 3 > MAX_POINTS:
+        results.unkept += count
+        remarks.add(f"point sets beyond {MAX_POINTS} points are counted, not kept", element.line)
         return
     if len(words) != 3 * count:
-        said.add("point sets do not hold the count of coordinates that they state: left out", element.line)
+        remarks.add("point sets do not hold the count of coordinates that they state: left out", element.line)
         return
     factor = units.factor(points, Quantity.POSITION) or 1.0
     numbers = [factor * value for value in numbers_in(points.text, units.path, points.line)]
@@ -143,6 +143,6 @@ def _take_points(one: ResultSet, element: Element, units: Units, said: Said) -> 
     if element.words("Compensated") == "false":
         radius = units.value(element.first("ProbeRadius"), Quantity.RADIUS) or 0.0
     name = element.attributes.get("id", "")
-    one.points.setdefault(radius, []).extend(
+    results.points.setdefault(radius, []).extend(
         CmmPoint((x, y, z), name=name) for x, y, z in zip(numbers[0::3], numbers[1::3], numbers[2::3], strict=True)
     )

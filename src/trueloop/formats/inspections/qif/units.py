@@ -12,7 +12,7 @@ from typing import Final
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.measured_file import Stated, Unit
+from trueloop.formats.inspections.measured_file import StatedFacts, Unit
 from trueloop.formats.inspections.qif.elements import Element
 from trueloop.formats.inspections.shared.text import number_in
 
@@ -75,7 +75,7 @@ class Units:
         return x, y, z
 
 
-def units_of(element: Element | None, path: Path, stated: Stated) -> Units:
+def units_of(element: Element | None, path: Path, stated: StatedFacts) -> Units:
     """Returns the units that `FileUnits` (None: missing) states, else the user's. Raises MSR-UNIT where both differ."""
     lengths, angles = dict(MM), dict(DEGREES)
     own_mm = own_degrees = None
@@ -95,10 +95,10 @@ def units_of(element: Element | None, path: Path, stated: Stated) -> Units:
     return Units(path, own_mm if own_mm is not None else said, own_degrees, lengths, angles)
 
 
-def _factor(unit: Element, known: Mapping[str, float], per_si: float, path: Path) -> float:
+def _factor(unit: Element, factors: Mapping[str, float], per_si: float, path: Path) -> float:
     """Of one definition: that of its conversion to metres or radians, exact where its name has one meaning."""
     name, factor = unit.words("UnitName"), unit.first("UnitConversion", "Factor")
-    usual = known.get(name.lower())
+    usual = factors.get(name.lower())
     if factor is None:
         if usual is None and name != unit.words("SIUnitName"):
             raise _wrong(path, f"its unit {name!r} is defined without a factor", unit.line)

@@ -18,7 +18,7 @@ ENOUGH: Final = 2
 """One diameter may be exactly nominal by chance."""
 
 
-class Said:
+class RemarkCounts:
     """Remarks on a file, each once for all that it applies to: how often each text applies, and where first."""
 
     def __init__(self) -> None:

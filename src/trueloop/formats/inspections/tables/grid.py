@@ -192,8 +192,8 @@ def _require_harmless(content: bytes, path: Path) -> None:
         raise _refusal(path, f"is a damaged workbook: {error}") from error
 
 
-def _ratio(one: zipfile.ZipInfo) -> float:
-    return one.file_size / max(one.compress_size, 1)
+def _ratio(entry: zipfile.ZipInfo) -> float:
+    return entry.file_size / max(entry.compress_size, 1)
 
 
 def _require_small(sheet: bytes, path: Path) -> None:

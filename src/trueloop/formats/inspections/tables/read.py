@@ -11,7 +11,7 @@ from trueloop.arrays import Array
 from trueloop.domain.inspection import CmmPoint, Vector
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts, Unit
 from trueloop.formats.inspections.shared.text import beginning, read_decoded
 from trueloop.formats.inspections.tables.grid import Grid, grid_of_text, is_workbook, sheets_of
 from trueloop.formats.inspections.tables.header import Header, find_header, header_at, score
@@ -32,7 +32,7 @@ from trueloop.formats.inspections.tables.sizes import sizes_of
 from trueloop.units import MM_PER_INCH
 
 
-def with_points(common: Common, unit: Unit | None, sha256: str, said: Sequence[Remark]) -> MeasuredFile:
+def with_points(common: Common, unit: Unit | None, sha256: str, notes: Sequence[Remark]) -> MeasuredFile:
     """Returns the inspections of a table of points. Raises MSR-UNIT, MSR-NUMBER and MSR-TIME."""
     long = common.long
     points, base = points_of(long, unit)
@@ -49,7 +49,7 @@ def with_points(common: Common, unit: Unit | None, sha256: str, said: Sequence[R
         encoding=long.grid.encoding,
         unit=base,
         inspections=tuple(inspections),
-        remarks=(*said, *remarks, *statistics_left_out(long)),
+        remarks=(*notes, *remarks, *statistics_left_out(long)),
     )
 
 
@@ -101,7 +101,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return score(grid_of_text(beginning(head), path, "", "", score).rows) > 0
 
 
-def read(path: Path, stated: Stated) -> MeasuredFile:
+def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads the file's inspections, by the stated mapping or by the headings.
 
     Raises MSR-MAPPING where the mapping is not of this file, MSR-MEANING where headings leave a choice, MSR-UNIT,
@@ -152,7 +152,7 @@ def described(mapping: TableMapping) -> str:
 
 
 def read_mapped(
-    grid: Grid, mapping: TableMapping, stated: Stated, source: Path | None, said: Sequence[Remark] = ()
+    grid: Grid, mapping: TableMapping, stated: StatedFacts, source: Path | None, remarks: Sequence[Remark] = ()
 ) -> MeasuredFile:
     """Returns the inspections of a table by its mapping from the file `source`. Raises as `read`."""
     header = _header(grid, mapping, source)
@@ -166,11 +166,11 @@ def read_mapped(
     common = Common(long, title, mapping)
     sha256 = sha256_of(grid.path.read_bytes())
     if mapping.columns.has_values:
-        return with_readings(common, unit, sha256, said)
-    return with_points(common, unit, sha256, said)
+        return with_readings(common, unit, sha256, remarks)
+    return with_points(common, unit, sha256, remarks)
 
 
-def settled(grid: Grid, mapping: TableMapping, stated: Stated) -> TableMapping:
+def settled(grid: Grid, mapping: TableMapping, stated: StatedFacts) -> TableMapping:
     """Completes a proposed mapping with the unit and the signs that follow from the file. Raises as `read`."""
     header = _header(grid, mapping, None)
     long = long_of(grid, header, mapping)
@@ -182,7 +182,7 @@ def settled(grid: Grid, mapping: TableMapping, stated: Stated) -> TableMapping:
     return mapping.model_copy(update={"unit": unit})
 
 
-def _unit(grid: Grid, header: Header, long: Long, mapping: TableMapping, stated: Stated) -> Unit | None:
+def _unit(grid: Grid, header: Header, long: Long, mapping: TableMapping, stated: StatedFacts) -> Unit | None:
     return mapping.unit or unit_of_title(grid, header) or unit_of_headings(long) or stated.unit
 
 

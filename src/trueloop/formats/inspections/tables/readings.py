@@ -209,7 +209,7 @@ def unit_of_title(grid: Grid, header: Header) -> Unit | None:
     return None
 
 
-def with_readings(common: Common, unit: Unit | None, sha256: str, said: Sequence[Remark]) -> MeasuredFile:
+def with_readings(common: Common, unit: Unit | None, sha256: str, notes: Sequence[Remark]) -> MeasuredFile:
     """Returns a table's inspections of readings. Raises MSR-UNIT, MSR-NUMBER, MSR-EXCHANGED, MSR-TIME, MSR-MEANING."""
     long, mapping = common.long, common.mapping
     sizes = sizes_of(long, mapping, unit)
@@ -217,7 +217,7 @@ def with_readings(common: Common, unit: Unit | None, sha256: str, said: Sequence
         raise sizes.refusal
     readings = list(_readings(common, sizes))
     stands = ~np.isnan(sizes.actual)
-    remarks = [*said, *sizes.remarks, *_left_out(long, stands)]
+    remarks = [*notes, *sizes.remarks, *_left_out(long, stands)]
     remarks += _compared(sizes, readings, stands)
     inspections = []
     for key, rows, at in common.groups():

@@ -214,9 +214,9 @@ def _twice(table: ToolTable, row: ToolRow, record_id: str, why: str) -> Trueloop
     )
 
 
-def _changed(table: ToolTable, row: ToolRow, found: str) -> TrueloopError:
+def _changed(table: ToolTable, row: ToolRow, text: str) -> TrueloopError:
     return Code.OFS_CHANGED.refusal(
-        f"the offsets of tool {row.tool} have changed since the correction was made: {found}",
+        f"the offsets of tool {row.tool} have changed since the correction was made: {text}",
         hint="the touches belong to the offsets of then: measure again, or put them back",
         place=table.place(row),
         values={"tool": float(row.tool)},

@@ -74,16 +74,16 @@ def _add(path: Path, edges: dict[tuple[int, int], Found], line: Line, value: re.
     found[number] = (line[0], Number(decimal(value[4], path, line[0], value.start(4) + 1), start, end))
 
 
-def _rows(text: str, key: tuple[int, int], found: Found, names: dict[int, str]) -> list[ToolRow]:
+def _rows(text: str, key: tuple[int, int], numbers: Found, names: dict[int, str]) -> list[ToolRow]:
     tool, edge = key
-    kind_of_tool = found[1][1].value if 1 in found else None
+    kind_of_tool = numbers[1][1].value if 1 in numbers else None
     turning = kind_of_tool is not None and int(kind_of_tool) in TURNING
     rows = []
     for kind, places in PLACES.items():
-        x, z, nose = (found[place][1] if place in found else None for place in places)
-        first = min(line for line, _ in found.values())
-        line = min((found[place][0] for place in places if place in found), default=first)
-        others = {f"DP{n}": text[one.start : one.end] for n, (_, one) in found.items() if n in SHOWN[kind]}
+        x, z, nose = (numbers[place][1] if place in numbers else None for place in places)
+        first = min(line for line, _ in numbers.values())
+        line = min((numbers[place][0] for place in places if place in numbers), default=first)
+        others = {f"DP{n}": text[one.start : one.end] for n, (_, one) in numbers.items() if n in SHOWN[kind]}
         rows.append(
             ToolRow(
                 tool=tool,
@@ -93,7 +93,7 @@ def _rows(text: str, key: tuple[int, int], found: Found, names: dict[int, str]) 
                 x=x if turning else None,
                 z=z if turning else None,
                 nose=nose if turning else None,
-                tip=int(found[2][1].value) if turning and 2 in found else None,
+                tip=int(numbers[2][1].value) if turning and 2 in numbers else None,
                 edge=edge,
                 name=names.get(tool, ""),
                 others=others,

@@ -15,7 +15,7 @@ POLL_S = 0.05
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckedSignal:
     """One signal: `age_s` and `value` None where it was not read; `fault` is empty where all is well."""
 
     name: str
@@ -27,7 +27,7 @@ class Checked:
     fault: str
 
 
-def checked(setup: Setup, wait_s: float, spindle_rpm: Callable[[], float | None]) -> list[Checked]:
+def checked(setup: Setup, wait_s: float, spindle_rpm: Callable[[], float | None]) -> list[CheckedSignal]:
     """Reads until every signal is there, `wait_s` at most. Writes no log. Raises RTC-SOURCE as sources do."""
     stop, said = threading.Event(), list[str]()
     collector = Collector(setup, stop, said.append, logging=False)
@@ -47,14 +47,14 @@ def _read(reading: Reading) -> bool:
     return math.isfinite(reading.value)
 
 
-def _judged(collector: Collector, readings: Sequence[Reading], now_s: float) -> list[Checked]:
+def _judged(collector: Collector, readings: Sequence[Reading], now_s: float) -> list[CheckedSignal]:
     found = []
     for signal, reading in zip(collector.setup.wanted, readings, strict=True):
         source = collector.setup.source_of.get(signal.name, "lag")
         value, age_s = (reading.value, reading.age_s(now_s)) if _read(reading) else (None, None)
         fault = _fault(collector, signal, value, age_s)
         found.append(
-            Checked(
+            CheckedSignal(
                 name=signal.name, source=source, value=value, age_s=age_s, low=signal.low, high=signal.high, fault=fault
             )
         )

@@ -97,13 +97,13 @@ def _agents_time(current: Current) -> float:
         raise OSError(f"the agent does not say when it answered: {error}") from error
 
 
-def _value(item: str, seen: Observation | None) -> tuple[float, float]:
+def _value(item: str, observation: Observation | None) -> tuple[float, float]:
     """Returns value and time of an item. Raises `ValueError`."""
-    if seen is None:
+    if observation is None:
         raise ValueError(f"the agent reports no data item {item!r}")
-    if seen.text.upper() == UNAVAILABLE:
+    if observation.text.upper() == UNAVAILABLE:
         raise ValueError(f"{item!r} is UNAVAILABLE")
-    return number(seen.text), unix_s(seen.stamp)
+    return number(observation.text), unix_s(observation.stamp)
 
 
 def fetched(url: str) -> bytes:

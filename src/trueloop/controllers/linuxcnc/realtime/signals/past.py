@@ -136,7 +136,7 @@ class Replay:
 
 
 @dataclass(frozen=True)
-class Replayed:
+class ReplayedLogs:
     """All sources that are logs, by name; `units` and `states` by signal and lag."""
 
     feeds: Mapping[str, Feed]
@@ -145,7 +145,7 @@ class Replayed:
     speed: float = 1.0
 
 
-def replayed(file: Located[SignalsFile], names: Sequence[str], lags: Sequence[Lag], clock: Clock) -> Replayed:
+def replayed(file: Located[SignalsFile], names: Sequence[str], lags: Sequence[Lag], clock: Clock) -> ReplayedLogs:
     """Prepares the replays that give these signals.
 
     Raises RTC-SOURCE for a signal that its log does not hold and for logs at different speeds, and as `read_history`.
@@ -159,7 +159,7 @@ def replayed(file: Located[SignalsFile], names: Sequence[str], lags: Sequence[La
         feeds[source] = feed
         units.update({name: feed.log.units[column] for name, column in columns.items()})
         states.update({lag.name: _state(feed, lag, clock) for lag in lags if lag.of in columns})
-    return Replayed(feeds, units, states, _speed(file, list(feeds)))
+    return ReplayedLogs(feeds, units, states, _speed(file, list(feeds)))
 
 
 def _replay(file: Located[SignalsFile], source: str, columns: dict[str, str], clock: Clock) -> Replay:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.controllers.linuxcnc.realtime.signals import sources
-from trueloop.controllers.linuxcnc.realtime.signals.past import Clock, Replayed, replayed
+from trueloop.controllers.linuxcnc.realtime.signals.past import Clock, ReplayedLogs, replayed
 from trueloop.controllers.linuxcnc.realtime.signals.readings import Feed
 from trueloop.controllers.linuxcnc.realtime.signals.sources import CONSTANT, SPINDLE
 from trueloop.errors import Code, TrueloopError
@@ -135,15 +135,15 @@ def _check_trials(file: Located[SignalsFile], kinds: Mapping[str, str], speed: f
                 )
 
 
-def _unit(file: Located[SignalsFile], name: str, kind: str, played: Replayed, known: str | None) -> str:
+def _unit(file: Located[SignalsFile], name: str, kind: str, played: ReplayedLogs, unit: str | None) -> str:
     """Raises RTC-SOURCE where source and model disagree."""
     by_itself = {SPINDLE: "rev/min", "one_wire": "°C", "replay": played.units.get(name, "")}
     given = file.model.signals[name].unit
     said = UNITS[given] if given else by_itself[kind]
-    if known and said != known:
+    if unit and said != unit:
         with file.at("signals", name, "unit"):
             raise Code.RTC_SOURCE.refusal(
-                f"signal {name!r} is in {said!r} here, in {known!r} in the model",
+                f"signal {name!r} is in {said!r} here, in {unit!r} in the model",
                 hint='units are "degC", "degF" (made °C) and "rpm"; is it the sensor that the model was made with?',
             )
     return said
@@ -161,7 +161,7 @@ def _rules(file: Located[SignalsFile], speed: float) -> LagRules:
     return LagRules(file.model.settle, file.model.gap, 3 * file.model.every_s * speed, moment_s)
 
 
-def _feeds(file: Located[SignalsFile], kinds: Mapping[str, str], played: Replayed) -> dict[str, Feed]:
+def _feeds(file: Located[SignalsFile], kinds: Mapping[str, str], played: ReplayedLogs) -> dict[str, Feed]:
     """Makes the reader of each source that is used."""
     model, folder = file.model, file.path.parent
     by_source: dict[tuple[str, str], dict[str, SignalTable]] = {}
