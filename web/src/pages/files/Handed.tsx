@@ -9,7 +9,7 @@ import { Keep } from "./Keep";
 import { Content } from "./Content";
 
 type View = Shape<"UploadView">;
-type Asked = Shape<"ReadAs">;
+type Asked = Shape<"ReadingOptions">;
 const KINDS = ["program", "measurement", "drawing"] as const;
 const UNITS = ["", "mm", "inch"] as const;
 

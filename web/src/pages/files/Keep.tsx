@@ -8,7 +8,7 @@ import { useName, useText } from "../../text/text";
 import { Remarks } from "./Content";
 
 type View = Shape<"UploadView">;
-type Asked = Shape<"ReadAs">;
+type Asked = Shape<"ReadingOptions">;
 type Imported = Shape<"ImportedView">;
 interface Given {
   view: View;
