@@ -107,7 +107,6 @@ def implausible(what: str, unit: str, others: Sequence[str]) -> TrueloopError:
         f"{what} {stated} as the heading states: not plausible for a machine; it is in {either}",
         hint=f"state the unit of the readings: --unit {others[0]}, or --unit {unit} where the heading is right",
         override="--unit",
-        values={"stated": unit, "plausible": list(others)},
     )
 
 

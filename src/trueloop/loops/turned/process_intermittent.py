@@ -71,7 +71,7 @@ def compensate(inputs: Inputs, *, sources: bool = True) -> Correction:
     >>> correction.name_to_run, len(correction.corrected_program.splitlines())
     ('corrected.nc', 59)
     >>> print(correction.wear.words)  # the tool offset that a constant correction would be
-    tool 1: wear X −0.00469 (diameter), Z +0.00000 inch (X ± 0.00133, Z not determined by what was measured)
+    tool 1: wear X −0.00469 (diameter), Z +0.00000 inch (X ± 0.00135, Z not determined by what was measured)
     >>> for error_mm in (correction.prediction.before_mm, correction.prediction.after_mm):
     ...     print(f"{1e3 * error_mm.max():.1f} µm")
     94.2 µm
