@@ -46,3 +46,26 @@ def test_tools_that_run_on_one_contour_are_named(tmp_path: Path) -> None:
     assert any("run 2 times" in note for note in found.notes)
     assert any("T3 cut it too, before or after T5" in note for note in found.notes)
     assert found.wear.tool == 5 and b"X29.96" in found.corrected_program
+
+
+def _tapered(folder: Path, text: str, job: str = 'number = 1\n[compensation]\nby = "contour"') -> Correction:
+    """Corrects the pin, 5 µm too large at the chuck and 25 µm at its end."""
+    seat = "".join(f"{k},seat,15,{-26 + 4 * k},{5 * k}\n" for k in range(1, 6))
+    (folder / "job.toml").write_text(JOB.format(dialect="fanuc-lathe", number=job))
+    (folder / "finish.nc").write_text(text)
+    (folder / "touches.csv").write_text(TOUCHES[: TOUCHES.index("\n") + 1] + seat + TOUCHES[TOUCHES.index("6,front") :])
+    return compensate(read_job(folder / "job.toml").inputs)
+
+
+def test_a_line_that_takes_a_computed_coordinate_over_is_named_where_it_has_a_number(tmp_path: Path) -> None:
+    text = FANUC.format(tool="T0101\n#101=30.").replace("X30.\n", "X#101\n")
+    found = _tapered(tmp_path, text)
+    line = text.splitlines().index("Z-30.") + 1
+    assert any(f"In lines {line} a coordinate" in note for note in found.notes)
+    assert not any("a coordinate that" in note for note in _tapered(tmp_path, text.replace("X#101", "X30.")).notes)
+
+
+def test_a_tip_under_compensation_is_not_stated_to_be_without(tmp_path: Path) -> None:
+    compensated = FANUC.format(tool="T0101")
+    job = 'number = 1\ntip = 3\n[compensation]\nby = "contour"'
+    assert not any("imaginary tip" in note for note in _tapered(tmp_path, compensated, job).notes)

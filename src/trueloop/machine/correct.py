@@ -580,7 +580,6 @@ def _require_way(axis: str, backlash_mm: float) -> None:
             f"{UM_PER_MM * backlash_mm:.1f} µm of backlash",
             hint=f"go to another position of {axis} first, then to this one; or, where it comes from the start or from "
             f"G28, state the machine coordinate of that place: --reference {axis}=MM",
-            values={"axis": axis, "backlash": backlash_mm, "unit": "mm"},
         )
 
 

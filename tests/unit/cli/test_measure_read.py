@@ -50,10 +50,11 @@ def test_without_a_job_it_shows_what_the_file_says(tmp_path: Path) -> None:
 
 
 def test_with_a_job_each_value_is_on_a_feature_or_said_why_not(tmp_path: Path, job: Path) -> None:
-    file = written(tmp_path, PRINT)
+    assert "3 of 3 matched" in run("measure", "read", written(tmp_path, PRINT), "--unit", "mm", "--job", job)
+    file = written(tmp_path, PRINT.replace("SIZE 40.0000   ACTUAL 40.0040", "SIZE 37.0000   ACTUAL 37.0040"))
     text = run("measure", "read", file, "--unit", "mm", "--job", job)
     assert "2 of 3 matched" in text
-    assert "2 features have a nominal length of 40.0000 mm: shoulder, shoulder to end" in text
+    assert "no feature has a nominal length of 37.0000 mm" in text
     assert "no errors of the profile, kept: 1" in text
     (found,) = json.loads(run("measure", "read", file, "--unit", "mm", "--job", job, "--json"))["files"]
     (inspection,) = found["inspections"]
@@ -62,7 +63,7 @@ def test_with_a_job_each_value_is_on_a_feature_or_said_why_not(tmp_path: Path, j
     journal = values["1 SIZE D"]
     assert (journal["feature"], journal["by"], journal["within"]) == ("journal", "geometry", False)
     assert journal["deviation"] == pytest.approx(0.0232)
-    assert values["3 SIZE"]["candidates"] == ["shoulder", "shoulder to end"]
+    assert values["3 SIZE"]["candidates"] == []
     assert values["3 POSN X"]["is_error"] is False
 
 
@@ -101,7 +102,7 @@ def test_written_readings_are_gauge_readings_that_are_read_back_the_same(tmp_pat
     first = read_measured(file, StatedFacts("mm"), read_part_of_job(job)).on_part[0].matches
     assert first is not None
     sizes = {one.characteristic: one for one in back.inspections[0].readings}
-    assert len(sizes) == len(first.readings) == 3
+    assert len(sizes) == len(first.readings) == 4
     for match in first.readings:
         before, after = match.reading, sizes[match.reading.characteristic]
         assert (after.feature, after.quantity) == (SHAFT.names[match.feature_index], before.quantity)
@@ -113,7 +114,7 @@ def test_touches_and_readings_of_one_file_go_to_two(tmp_path: Path, job: Path) -
     out = tmp_path / "t.csv"
     output_of("measure", "read", written(tmp_path, PRINT + POINTS), "--unit", "mm", "--job", job, "-o", out)
     assert len(read_touches(out)) == 2
-    assert (tmp_path / "t-readings.csv").read_text(encoding="utf-8").count("\n") == 3
+    assert (tmp_path / "t-readings.csv").read_text(encoding="utf-8").count("\n") == 4
 
 
 @pytest.mark.parametrize("name", ["out.txt", "job.toml", "names.toml"])
@@ -127,6 +128,7 @@ def test_no_input_is_overwritten(name: str, tmp_path: Path, job: Path) -> None:
 
 def test_what_must_not_be_used_is_shown_ends_with_1_and_is_not_written(tmp_path: Path, job: Path) -> None:
     file = written(tmp_path, PRINT.replace("D30.0000   ACTUAL 30", "D12.0000   ACTUAL 12").replace("D40.0", "D7.0"))
+    file.write_text(file.read_text(encoding="utf-8").replace("SIZE 40.", "SIZE 37."), encoding="utf-8")
     found = invoke("measure", "read", file, "--unit", "mm", "--job", job, status=1)
     assert "MSR-PART: 0 of 3 values" in found.stdout
     assert "MSR-PART" in run("measure", "read", file, "--unit", "mm", "--job", job, "-o", tmp_path / "r.csv", status=3)

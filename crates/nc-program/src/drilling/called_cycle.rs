@@ -9,6 +9,7 @@ use crate::drilling::drill::Drill;
 use crate::drilling::hole::{Drilled, Said};
 use crate::drilling::milled::{reach, POSITIONS};
 use crate::finding;
+use crate::modes::modal::{FeedMode, SpindleMode};
 use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
 use crate::reading::names;
@@ -281,10 +282,33 @@ impl Runner<'_> {
         if is("86") && [7, 8].iter().any(|index| given(*index).is_some_and(|way| way != 0.0)) {
             return Err("it lifts off sideways".to_owned());
         }
-        let feeds = if is("85") { [6, 7].map(|index| given(index).unwrap_or(f64::NAN)) } else { [f64::NAN; 2] };
+        let in_program_units = |index: usize| given(index).is_none_or(|unit| unit == 0.0);
+        let feeds = match (given(8), given(10)) {
+            _ if is("85") => [6, 7].map(|index| given(index).unwrap_or(f64::NAN)),
+            (Some(pitch), _) if is("84") && pitch != 0.0 => [10, 11].map(|index| {
+                let mut speeds = [given(index), given(10)].into_iter().flatten();
+                self.feed_of_pitch(pitch, speeds.find(|speed| *speed != 0.0), in_program_units(13))
+            }),
+            (encoder, Some(pitch)) if is("840") && pitch != 0.0 && encoder != Some(1.0) => {
+                [self.feed_of_pitch(pitch, None, in_program_units(12)); 2]
+            }
+            _ => [f64::NAN; 2],
+        };
         let first =
             arguments.get(5).filter(|first| is("83") && !first.value.is_nan()).map_or((0, 0), |first| first.span);
         Ok((feeds, first))
+    }
+
+    /// The feed of a tap of that pitch at a speed, that in force where none is named; negative where it is not known.
+    fn feed_of_pitch(&self, pitch: f64, speed: Option<f64>, unit_is_known: bool) -> f64 {
+        let modal = &self.state.modal;
+        let speed = speed.unwrap_or(modal.spindle_speed);
+        match modal.feed_mode {
+            _ if !unit_is_known => -1.0,
+            FeedMode::PerRevolution => pitch.abs(),
+            FeedMode::PerMinute if modal.spindle_mode == SpindleMode::Revolutions && speed > 0.0 => pitch.abs() * speed,
+            _ => -1.0,
+        }
     }
 
     /// A feed of a cycle of 1 in mm.
@@ -327,7 +351,10 @@ impl Runner<'_> {
             _ => f64::NAN,
         };
         // A tap comes out as it goes in: a Q208 is that of a cycle before it.
-        let (down, out) = (feed(206), if drill == Drill::Tap { f64::NAN } else { feed(208) });
+        let pitch = q(239).filter(|pitch| matches!(number, 207 | 209) && *pitch != 0.0);
+        let of_pitch = pitch.map(|pitch| self.feed_of_pitch(pitch, None, true) * mm);
+        let (down, out) =
+            (of_pitch.unwrap_or_else(|| feed(206)), if drill == Drill::Tap { f64::NAN } else { feed(208) });
         if down.is_infinite() && drill != Drill::Mill {
             return Err("its feed down Q206 is MAX".to_owned());
         }

@@ -33,7 +33,7 @@ from trueloop.nc.match.matching import match_contour
 from trueloop.nc.program.along import FeedMove, feed_moves, path_mode_findings
 from trueloop.nc.program.called import CalledOffset, CutterTool, called
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import ToolPath
+from trueloop.nc.program.tool_path import NO_COMPENSATION, ToolPath
 from trueloop.nc.program.understood import (
     require_known_frame,
     require_seen,
@@ -197,6 +197,7 @@ def commanded(
     slips = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, finish, strict=True)]
     meant = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, measured, strict=True)]
     kept = force.program is not None
+    radius_is_compensated = bool(np.all(path.compensation[corrected] != NO_COMPENSATION))
     return Commanded(
         path=path,
         match=match,
@@ -211,7 +212,7 @@ def commanded(
         unevenness_mm=max(map(unevenness_mm, match.features, finish)),
         notes=(
             *_run_again(program, path, match, run),
-            *_tip_words(program, tip, nose_radius_mm),
+            *([] if radius_is_compensated else _tip_words(program, tip, nose_radius_mm)),
             *(f"{found.message}; {found.hint}." for found in path_mode_findings(program, path)),
             *_notes(profile, finish, slips, wording("finish")),
             *conditions,

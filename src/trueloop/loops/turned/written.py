@@ -251,7 +251,7 @@ def _notes(writing: Writing, read: _ReadBack) -> list[str]:
     first, last, span = read.targets.first, read.targets.last, read.span
     x_before, x_after = read.old.end_mm[first : last + 1, 0], read.path.end_mm[span[0] - 1 : span[1] + 1, 0]
     shared = shared_contour_notes(writing.program, writing.matched.path, last, x_before, x_after)
-    return [*shared, *_no_longer_computed(writing)]
+    return [*shared, *_no_longer_computed(writing), *_no_longer_taken_over(writing, read.targets)]
 
 
 def _no_longer_computed(writing: Writing) -> list[str]:
@@ -267,6 +267,32 @@ def _no_longer_computed(writing: Writing) -> list[str]:
             "The arcs of lines {lines} are computed in the given program; in the corrected one they are numbers, which "
             "hold for the present values of its variables alone.",
             lines=", ".join(map(str, lines)),
+        )
+    ]
+
+
+def _no_longer_taken_over(writing: Writing, targets: Displacements) -> list[str]:
+    """Returns a note on lines that take a computed coordinate over from an earlier block, and now have a number."""
+    path, lines = writing.matched.path, set[int]()
+    for cut in writing.matched.cuts:
+        here, before = targets.ends.get(cut.move), targets.ends.get(cut.move - 1)
+        if here is None or before is None or path.motion[cut.move] == Motion.ARC:
+            continue
+        block = writing.program.block(int(path.block[cut.move]))
+        moved = np.abs((here - path.end_mm[cut.move, [0, 2]]) - (before - path.end_mm[cut.move - 1, [0, 2]]))
+        for axis, grown_mm in zip((0, 2), moved.tolist(), strict=True):
+            setting = np.flatnonzero(path.word[: cut.move + 1, axis] >= 0)
+            if not len(setting) or setting[-1] == cut.move or grown_mm <= 0.5 * writing.matched.resolution_mm:
+                continue
+            if writing.program.word(int(path.word[setting[-1], axis])).is_expression:
+                lines.add(block.line)
+    if not lines:
+        return []
+    return [
+        wording(
+            "In lines {lines} a coordinate that an earlier block of the given program computes has become a number, "
+            "which holds for the present values of its variables alone.",
+            lines=", ".join(map(str, sorted(lines))),
         )
     ]
 
