@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.cli import invoke
+from tests.support.gauged import shaft_with
 from tests.support.job_in_store import EDGE, FINISH, JobInStore, job_in_store
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
@@ -179,3 +180,20 @@ def test_usage(kept: JobInStore) -> None:
     invoke("measure", "read", file, "--job", kept.job, "--order", 3, status=2)
     (kept.folder / "trueloop.db").unlink()
     assert "there is no store" in invoke("measure", "read", file, "-j", kept.job, "--after", "finish", status=2).stderr
+
+
+def test_a_correction_was_not_in_force_in_the_cut_that_it_was_made_from(tmp_path: Path) -> None:
+    """A part measured finished, corrected by it, cut again and measured again: a second cut, not the first one anew."""
+    sizes = "a,seat-44,diameter,-105,44.0{0},44\nb,seat-36,diameter,-60,36.0{0},36\nc,seat-30,diameter,-20,30.0{0},30\n"
+    head = "# serial: {}\n# measured_at: 2026-11-20 {}:00+01:00\ncharacteristic,feature,quantity,z_mm,actual,nominal\n"
+    job = shaft_with(tmp_path, head.format("P1", "09") + sizes.format("30"))
+    invoke("compensate", job, status=0)
+    again = tmp_path / "again.csv"
+    again.write_text(head.format("P1", "11") + sizes.format("02"))
+    call = ("measure", "read", again, "--job", job, "--after", "finish", "--ran", "wear")
+    said = invoke(*call, status=3).output
+    assert "STO-LINK" in said and "was not in force in that cut" in said and "P1-2" in said
+    assert "STO-LINK" in invoke(*call, "--supersede", status=3).output
+    record = said.split("--record ")[1].split()[0]
+    again.write_text(head.format("P1-2", "11") + sizes.format("02"))
+    assert "1 inspection, 1 cut" in invoke(*call, "--record", record, status=0).output

@@ -6,7 +6,7 @@ from typing import Any
 
 from trueloop.domain.life import Cut, CuttingConditions, InspectionLink, Ran, Stage
 from trueloop.domain.part import Part
-from trueloop.domain.record import Correction, sha256_of
+from trueloop.domain.record import Correction, Record, sha256_of
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity
 from trueloop.jobs.store.of_this_part import cuts_of
@@ -92,6 +92,14 @@ def finish_cut(store: Store, part: Part, correction: Correction[turned.Correctio
         new = replace(
             new, correction=known.correction, program_sha256=known.program_sha256, offset_entered=known.offset_entered
         )
+    if known is not None and new.correction not in ("", known.correction) and _shown_by(store, known, record):
+        raise Code.STO_LINK.refusal(
+            f"correction {record.id} was made from an inspection of the finish cut that part {part.serial!r} is stored "
+            "with: it was not in force in that cut",
+            hint="a part that was cut again is a part of its own in the store: state another serial number in the "
+            f"file, as {part.serial}-2, and the correction that ran: --record {record.id}",
+            values={"serial": part.serial},
+        )
     before = CuttingConditions() if known is None else known.conditions
     order = None if known is None else known.order
     minutes = before.time_in_cut_min if statement.minutes is None else statement.minutes
@@ -102,6 +110,12 @@ def finish_cut(store: Store, part: Part, correction: Correction[turned.Correctio
         order_in_doubt=known is not None and known.order_in_doubt,
         conditions=replace(before, time_in_cut_min=minutes),
     )
+
+
+def _shown_by(store: Store, cut: Cut, record: Record) -> bool:
+    """Returns whether an inspection that a record is from shows this cut."""
+    links = [link for one in record.inspections for link in find(store, InspectionLink, identity=joined(one.identity))]
+    return any(joined(link.value.cut) == joined(cut.identity) for link in links)
 
 
 def made_for_other(store: Store, correction: Correction[Any], part: Part) -> str | None:
