@@ -108,7 +108,7 @@ pub struct Rules {
     pub longer_arc: Option<[f64; 2]>,
     /// R of a drilling cycle counts from where the cycle begins, and one without Q makes no pecks.
     pub drills_from_start: bool,
-    /// Pecks are by Q, or by I, J and K; K is no number of holes.
+    /// Pecks are by Q, or by I, J and K; K does not count holes.
     pub pecks_by_k: bool,
     /// Drilling cycles retract to the plane R (G99) from the start on; else to where they began (G98).
     pub retracts_to_plane: bool,

@@ -64,6 +64,12 @@ class Junction:
     by_design: bool = False
 
 
+FACES_Z: Final = math.cos(math.radians(3.0))
+"""A line whose normal has at least this component along z is a face."""
+AT_FACE_MM: Final = 1e-6
+"""A face this near to a z stands there."""
+
+
 @dataclass(frozen=True)
 class Located:
     """Points put onto a profile: index of the nearest feature, arc length on it, distance along the outward normal."""
@@ -85,6 +91,15 @@ class Profile:
     def names(self) -> tuple[str, ...]:
         """Returns the features' names, in order."""
         return tuple(feature.name for feature in self.features)
+
+    def faces_at(self, z_mm: float) -> list[int]:
+        """Returns the faces at a z, mm, by index: lines within 3° of square to the axis."""
+        return [
+            k
+            for k, one in enumerate(self.features)
+            if isinstance(one, Line) and abs(float(one.outward_normal(0.0)[1])) > FACES_Z
+            if abs(float(one.point_mm(0.5 * one.length_mm)[1]) - z_mm) < AT_FACE_MM
+        ]
 
     @property
     def length_mm(self) -> float:

@@ -62,7 +62,7 @@ CALIBRATION = (
         ("1.4946", "nan", "finite"),
         ("1.4946", "1.49\u00ff46", "not a TOML file"),
         ("= 3.1", "= 3100", "3100 µm of lobing"),
-        ("to_deg = 190.0", "to_deg = -190.0", "is no range"),
+        ("to_deg = 190.0", "to_deg = -190.0", "is not a range"),
         ("lobes = 3", "lobes = 0", "lobes"),
     ],
 )

@@ -63,7 +63,7 @@ def test_a_chip_on_a_few_points_does_not_move_the_best_fit() -> None:
     np.testing.assert_allclose(found.error_mm[others], judge.error_mm[others], atol=1e-8)
     np.testing.assert_allclose(found.error_mm[chip], 0.3 + ERROR[chip], atol=0.01)
     (finding,) = (one for one in found.findings if one.code is Code.SRF_OFF)
-    assert finding.severity is Severity.WARNING and "4 of 625 points of 'A' stand far off" in finding.message
+    assert finding.severity is Severity.WARNING and "4 of 625 points of 'A' deviate far more" in finding.message
     wide = moved.copy()
     wide[:100] += 0.3 * NORMAL[:100]  # a sixth of the part is form
     assert not any(

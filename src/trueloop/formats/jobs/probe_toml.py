@@ -114,7 +114,7 @@ class CalibrationTable(Table):
     @model_validator(mode="after")
     def _of_a_probe(self) -> "CalibrationTable":
         if not 0.0 < self.to_deg - self.from_deg <= 360.0:
-            raise ValueError(f"`from_deg` {self.from_deg:g} to `to_deg` {self.to_deg:g} is no range of up to 360°")
+            raise ValueError(f"`from_deg` {self.from_deg:g} to `to_deg` {self.to_deg:g} is not a range of 0 to 360°")
         largest_um = max(abs(self.cosine_um), abs(self.sine_um), self.scatter_um, self.radius_u_um)
         if largest_um > MOST_LOBING_UM:
             raise ValueError(

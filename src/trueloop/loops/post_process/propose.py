@@ -27,7 +27,6 @@ from trueloop.domain.part import PartType
 from trueloop.domain.proposal import Effect, ExpandedU, HeldTool, Proposal, ProposalClass, ToolOffset
 from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.loops.post_process.tracked import TrackedSeries
@@ -40,7 +39,6 @@ from trueloop.statistics import NORMAL_95
 from trueloop.tolerances.conformance import probability_between
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.program.wear_numbers import WearOffset, wear_offset
-from trueloop.turned.readings.observed import AT_ZERO_MM, FACES_Z
 from trueloop.wording import Um
 
 
@@ -242,13 +240,8 @@ def _from_face(profile: Profile, characteristic: Characteristic, zero_z_mm: floa
     """Returns a length from the part's zero as one from the face that stands there, where there is another one."""
     if characteristic.quantity is not Quantity.LENGTH or characteristic.other:
         return characteristic
-    there = (
-        name
-        for name, one in zip(profile.names, profile.features, strict=True)
-        if isinstance(one, Line) and abs(float(one.outward_normal(0.0)[1])) > FACES_Z
-        if name != characteristic.feature and abs(one.start_mm[1] - zero_z_mm) < AT_ZERO_MM
-    )
-    return replace(characteristic, other=next(there, ""))
+    there = [profile.names[k] for k in profile.faces_at(zero_z_mm) if profile.names[k] != characteristic.feature]
+    return replace(characteristic, other=there[0] if there else "")
 
 
 def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple[tuple[float, float], ExpandedU]:

@@ -235,7 +235,7 @@ class AxesShape(Shape):
     z: str
     """Along Z."""
     readings: str = ""
-    """Of readings that no offset changes; empty: there are none."""
+    """The decision on readings that no offset changes; empty without such readings."""
 
 
 class SuspectShape(Shape):

@@ -26,7 +26,7 @@ RESOLUTION_MM: Final = 1e-5
 BENDS: Final = 4
 """Highest degree of the surfaces by which the form's size is judged: bends as wide as those a motion makes."""
 STANDS_OFF: Final = 8.0
-"""Standard deviations, as the median has them, by which a point stands off the others."""
+"""Standard deviations, by the median of the magnitudes, beyond which a point is an outlier."""
 LEAST_OFF_MM: Final = 0.05
 """… and so much at least: a smaller local bulge may be form, and moves a fit little."""
 NORMAL_MEDIAN: Final = 0.6745
@@ -115,12 +115,12 @@ def best_fit(
     surface: Surface, points_mm: Array, ball_radius_mm: float, feet: Feet, setup_mm: float = SETUP_MM, name: str = ""
 ) -> tuple[Alignment, Feet, Flags]:
     """The rigid motion of the points that makes the sum of their squared normal deviations least, their feet then, and
-    which points (n,) do not count for it: few that stand off far more than the others scatter, as on a chip.
+    which points (n,) it leaves out: few that deviate by far more than the others scatter, as on a chip.
 
     Raises SRF-SETUP for a part that would have to be moved farther than `setup_mm`.
     """
     aside: Flags = np.zeros(len(points_mm), dtype=np.bool_)
-    for _ in range(ROUNDS):
+    for k in range(ROUNDS):
         kept = ~aside
         own = closest(surface, points_mm[kept], (feet.u[kept], feet.v[kept])) if np.any(aside) else feet
         alignment, there, moved_mm = _fitted(surface, points_mm[kept], ball_radius_mm, own, setup_mm)
@@ -130,7 +130,7 @@ def best_fit(
         off = np.abs(error - np.median(error)) > stands_off_mm(error)
         if np.count_nonzero(off) > FEW * len(off):
             off[:] = False
-        if np.array_equal(off, aside):
+        if np.array_equal(off, aside) or k == ROUNDS - 1:  # the points returned are those that the fit left out
             break
         aside = off
     far = int(np.argmax(np.abs(moved_mm)))
@@ -146,7 +146,7 @@ def best_fit(
 
 
 def stands_off_mm(error_mm: Array) -> float:
-    """Returns how far from their middle a point stands off the others, by what most of them scatter about it, mm."""
+    """Returns the deviation from the median beyond which a point is an outlier, by how most of them scatter, mm."""
     scatter = float(np.median(np.abs(error_mm - np.median(error_mm)))) / NORMAL_MEDIAN
     return max(STANDS_OFF * scatter, LEAST_OFF_MM)
 

@@ -157,9 +157,10 @@ def _aside(points: MeasuredPoints, there: Flags, feet: Feet, aside: Flags) -> It
         yield Finding(
             Severity.WARNING,
             Code.SRF_OFF,
-            f"{np.count_nonzero(aside)} of {len(aside)} points of {points.name!r} stand far off the others, by up to "
-            f"{UM_PER_MM * error[worst]:+.1f} µm (x {x:.3f}, y {y:.3f}, z {z:.3f} mm): the best fit leaves them out",
-            "look at these touches: a chip or dirt is no form; leave them out of the file where they are",
+            f"{np.count_nonzero(aside)} of {len(aside)} points of {points.name!r} deviate far more than the others "
+            f"scatter, by up to {UM_PER_MM * error[worst]:+.1f} µm (x {x:.3f}, y {y:.3f}, z {z:.3f} mm): the best fit "
+            "leaves them out",
+            "look at these touches: leave them out of the file where a chip or dirt was measured",
             points.place(number),
             values={"part": points.name, "limit_mm": stands_off_mm(error)},
         )

@@ -238,14 +238,9 @@ def place_of(characteristic: Characteristic, profile: Profile) -> tuple[object, 
     """
     ends = {characteristic.feature, characteristic.other}
     if characteristic.quantity is Quantity.LENGTH:
-        ends = {"" if abs(_z_mm(profile, name)) < SAME else name for name in ends}
+        at_zero = {profile.names[k] for k in profile.faces_at(0.0)}
+        ends = {"" if name in at_zero else name for name in ends}
     return characteristic.quantity, frozenset(ends), characteristic.at_z_mm
-
-
-def _z_mm(profile: Profile, name: str) -> float:
-    return next(
-        (float(one.start_mm[1]) for one in profile.features if one.name == name), 0.0 if name == "" else math.inf
-    )
 
 
 def checked(

@@ -171,7 +171,7 @@ def _each_once(profile: Profile, fitting: list[Candidate]) -> list[Candidate]:
 
     def again(candidate: Candidate) -> bool:
         faces = {candidate.feature_index, candidate.other_index} - {None}
-        at_zero = {k for k in faces if k is not None and profile.features[k].start_mm[1] == 0.0}
+        at_zero = faces.intersection(profile.faces_at(0.0))
         return bool(at_zero and (faces - at_zero) & from_zero)
 
     return [one for one in fitting if one.other_index is None or not again(one)]

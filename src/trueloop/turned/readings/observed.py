@@ -28,7 +28,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.intersection import sign_changes
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import FACES_Z, Profile
 from trueloop.turned.fit.chain_fit import ROUNDING_MM
 from trueloop.turned.readings.matches import MatchedReading
 from trueloop.turned.readings.of_this_part import check_places, check_sizes
@@ -43,7 +43,6 @@ TAPER: Final = 50e-6
 lathes allow 20 µm on the diameter in 300 mm when new and warm (ISO 1708, ISO 13041; from memory)."""
 ROUND: Final = 33
 """Places on an arc over which its radius is taken."""
-AT_ZERO_MM: Final = 1e-6
 
 
 @dataclass(frozen=True)
@@ -167,9 +166,7 @@ def datum_of(profile: Profile, readings: Sequence[MatchedReading]) -> int | None
     lengths = [one for one in readings if one.reading.quantity is Quantity.LENGTH]
     if not lengths:
         return None
-    faces = [k for k, feature in enumerate(profile.features) if abs(float(feature.outward_normal(0.0)[1])) > FACES_Z]
-    at_zero = [k for k in faces if abs(_face(profile, k)[0]) < AT_ZERO_MM]
-    if at_zero:
+    if at_zero := profile.faces_at(0.0):
         return at_zero[-1]
     if any(one.other_index is None for one in lengths):
         return None
@@ -187,8 +184,6 @@ CORRECTED: Final = (Quantity.DIAMETER, Quantity.RADIUS, Quantity.LENGTH, Quantit
 FACES_X: Final = 0.5
 """A diameter is read where the surface faces the spindle axis by 30° at least: a diameter grows by 2/n_x of the error,
 and flatter surfaces no gauge finds the place on."""
-FACES_Z: Final = math.cos(math.radians(3.0))
-"""A length is read between faces, within 3° of square to the spindle axis."""
 
 
 def nominal_of(profile: Profile, match: MatchedReading) -> float:

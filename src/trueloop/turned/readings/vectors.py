@@ -8,9 +8,9 @@ import numpy as np
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import FACES_Z, Profile
 from trueloop.turned.readings.matches import MatchedReading
-from trueloop.turned.readings.observed import FACES_Z, RepeatedReading, corrected, datum_of, repeated, seen_by
+from trueloop.turned.readings.observed import RepeatedReading, corrected, datum_of, repeated, seen_by
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.turned.touches.plausibility import SAME_POINT_MM
 from trueloop.turned.touches.touches import Gauging
@@ -178,7 +178,7 @@ def assumed_words(readings: Sequence[MatchedReading], assumed_u_mm: float) -> tu
 
 
 STEEL_PER_K: Final = 11.5e-6
-"""Expansion of steel (ISO 1); that of aluminium is twice as much."""
+"""Thermal expansion of unalloyed steel near 20 °C, 1/K; that of aluminium is about 23e-6."""
 NEAR_K: Final = 1.0
 """Readings this near to 20 °C are taken to be at it."""
 

@@ -39,7 +39,7 @@ def _group(inspection: Inspection) -> tuple[PartType, str, str]:
 
 
 def _asked(inspection: Inspection, reading: Reading) -> Asked:
-    """What is stated once for all values of a characteristic; its device where the inspection has several."""
+    """The fields of a characteristic that hold for all of its values; its device where the inspection has several."""
     by = inspection.devices.get(reading.characteristic, "")
     return reading.characteristic, reading.quantity, reading.nominal, reading.lower_limit, reading.upper_limit, by
 
