@@ -15,7 +15,7 @@ from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.record import Correction, ProgramText
 from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
-from trueloop.jobs.monitor.drawn import drawn_of
+from trueloop.jobs.monitor.drawing import drawing_of
 from trueloop.jobs.user import user_name
 from trueloop.loops.monitor.certificate import Certificate, InForce, PartInspection, RequiredSize, asked_of, certified
 from trueloop.loops.turned import correction as turned
@@ -68,12 +68,12 @@ def _share(store: Store, part: Part) -> _Share:
     of_type = [one for one in of_type if one.part.part_type.identity == part.part_type.identity]
     seen = tuple(_seen(store, [one for one in of_type if one.part.identity == part.identity], cuts, cut))
     in_force, missing = _in_force(store, part, cut, [one.inspection for one in seen])
-    drawn = drawn_of(store, part)
-    if drawn is None:
+    drawing = drawing_of(store, part)
+    if drawing is None:
         return _Share(cut, asked_of(of_type), seen, in_force, missing)
-    in_its_names = [drawn.in_its_names(one) for one in of_type]
-    asked = {one.name: one for one in (*asked_of(in_its_names), *drawn.asked(in_its_names))}
-    seen = tuple(replace(one, inspection=drawn.in_its_names(one.inspection)) for one in seen)
+    in_its_names = [drawing.in_its_names(one) for one in of_type]
+    asked = {one.name: one for one in (*asked_of(in_its_names), *drawing.required(in_its_names))}
+    seen = tuple(replace(one, inspection=drawing.in_its_names(one.inspection)) for one in seen)
     return _Share(cut, tuple(asked.values()), seen, in_force, missing)
 
 

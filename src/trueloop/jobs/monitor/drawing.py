@@ -19,13 +19,13 @@ from trueloop.turned.readings.sizes import axial_mm
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawingSizes:
     """Characteristics with their limits, and the profile that has them, in the part's frame."""
 
     profile: Profile
     characteristics: tuple[Characteristic, ...]
 
-    def asked(self, inspections: Iterable[Inspection]) -> tuple[RequiredSize, ...]:
+    def required(self, inspections: Iterable[Inspection]) -> tuple[RequiredSize, ...]:
         """Returns the characteristics; by general tolerances only those that `inspections`, in their names, have."""
         read = {reading.characteristic for one in inspections for reading in one.readings}
         general = {one.name for feature in self.profile.features if (one := usual(feature)) is not None}
@@ -75,10 +75,10 @@ def _named(reading: Reading, characteristic: Characteristic) -> Reading:
     )
 
 
-def drawn_of(store: Store, part: Part) -> Drawn | None:
+def drawing_of(store: Store, part: Part) -> DrawingSizes | None:
     """Returns the characteristics of the last correction of a part's type; None where none states any.
 
-    Without those that a file states which the correction was made from: of these the last file speaks.
+    Those that a file of the correction stated are left out: the latest file states them.
     """
     for kept in reversed(find(store, StoredCorrection, part_type=part.part_type.name)):
         record, correction = kept.value.record, kept.value.payload
@@ -91,7 +91,7 @@ def drawn_of(store: Store, part: Part) -> Drawn | None:
             for one in record.inspections
             for reading in one.readings
         }
-        asked = [one.characteristic for one in record.characteristics]
-        own = tuple(one for one in asked if (one.name, one.lower_limit, one.upper_limit) not in of_file)
-        return Drawn(frame_of(correction).back.profile(correction.profile), own)
+        judged = [one.characteristic for one in record.characteristics]
+        own = tuple(one for one in judged if (one.name, one.lower_limit, one.upper_limit) not in of_file)
+        return DrawingSizes(frame_of(correction).back.profile(correction.profile), own)
     return None
