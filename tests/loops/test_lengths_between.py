@@ -82,3 +82,14 @@ def test_the_second_set_up_takes_the_whole_length(tmp_path: Path) -> None:
     said = run("compensate", path, "-o", tmp_path / "o")
     assert wear_z_mm(said, "T2") == pytest.approx(-0.016, abs=0.002)
     assert "taken as the error of back, counted from front" in " ".join(said.split())
+
+
+def test_an_angle_alone_of_what_an_edge_cuts_corrects_nothing_and_a_note_states_it(tmp_path: Path) -> None:
+    path = two_tools(tmp_path)
+    path.write_text(path.read_text().replace("start = [18, -50]", "start = [18.5, -50]"))
+    (tmp_path / "f.nc").write_text(PROGRAM.replace("Z-50.", "X37. Z-50."))
+    rows = ("seat,-5,30.010,", "seat,-15,30.010,", "collar,,,0.96")
+    (tmp_path / "r.csv").write_text("feature,z_mm,diameter_mm,angle_deg\n" + "\n".join(rows) + "\n")
+    said = run("compensate", path)
+    assert "collar angle: corrects nothing, as no diameter, length or touch states where the surface is" in said
+    assert "T5 wear" not in said

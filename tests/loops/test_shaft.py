@@ -229,6 +229,18 @@ def test_a_sheet_without_a_value_is_refused(tmp_path: Path) -> None:
     assert caught.value.code is Code.MSR_NONE
 
 
+@pytest.mark.parametrize(("row", "quantity"), [("fillet-2,,radius,2.02,", "radius"), ("cone,,angle,,11.32", "angle")])
+def test_an_angle_or_an_arc_alone_is_refused_and_the_hint_leads_on(tmp_path: Path, row: str, quantity: str) -> None:
+    """Neither states where the surface is: with one diameter besides the job is corrected, as the hint has it."""
+    head = "# measured_at: 2026-11-20 09:40+01:00\nfeature,z_mm,quantity,value_mm,value_deg\n"
+    with pytest.raises(TrueloopError) as caught:
+        read_job(shaft_with(tmp_path, f"{head}{row}\n"))
+    assert caught.value.code is Code.MSR_NONE and f"1 readings ({quantity})" in caught.value.message
+    assert caught.value.hint == "read at least one diameter or length of a feature besides"
+    done = corrected(tmp_path, f"{head}{row}\nseat-36,-60,diameter,36.020,\n")
+    assert len(done.touches.point) == 1 and len(done.touches.seen) == 2
+
+
 def test_limits_that_the_readings_state_are_judged(tmp_path: Path) -> None:
     """Of Ø 36.025 read where 35.98 to 36.02 are asked for, as of a characteristic of the job."""
     head = "characteristic,feature,quantity,z_mm,nominal,lower_limit,upper_limit,value_mm\n"

@@ -30,7 +30,7 @@ from trueloop.turned.readings.nominals import other_nominals
 from trueloop.turned.readings.observed import corrected, repeated
 from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.repeats import check_repeats
-from trueloop.turned.readings.vectors import assumed_words, warm_words, with_readings
+from trueloop.turned.readings.vectors import assumed_words, require_places, warm_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
@@ -90,6 +90,7 @@ class ReadReadings:
             return touches, self.notes
         with in_file(self.file):
             vectors, notes = with_readings(profile, self.matched, touches, self.gauging)
+            require_places(self.matched, vectors)
         return replace(vectors, file=vectors.file or self.file), (*self.notes, *notes)
 
 

@@ -71,6 +71,19 @@ def shared_words(inputs: Inputs, contours: tuple[OwnContour, ...], judged: Colle
             wording("{names}: left alone, and what was measured of it is used for nothing.", names=all_of(left))
         )
     found.extend(readings_words(inputs.touches.seen, owns, inputs.profile.names))
+    of_no_place = [
+        one.name
+        for one in inputs.touches.seen
+        if any(of.isdisjoint(measured) for of in owns if {*one.feature_index.tolist()} <= of)
+    ]
+    if of_no_place:
+        found.append(
+            wording(
+                "{names}: corrects nothing, as no diameter, length or touch states where the surface is that the "
+                "edge cuts.",
+                names=all_of(of_no_place),
+            )
+        )
     if asked:
         found.append(
             wording("{names}: sizes between features of several edges, which are not judged.", names=all_of(asked))

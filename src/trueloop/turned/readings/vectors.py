@@ -35,16 +35,9 @@ def with_readings(
     """Orders touches (None: there are none) and readings together along the profile, and returns notes in words.
 
     A reading where a touch was taken is seen by the fit and is not a point of its own. `gauging` says what the cut was
-    to leave on, and the uncertainty of readings that state none. Raises MSR errors; MSR-NONE where no error of the
-    profile follows.
+    to leave on, and the uncertainty of readings that state none. Raises MSR errors.
     """
     used = repeated(profile, corrected(readings), gauging)
-    if not used:
-        kinds = ", ".join(sorted({str(one.reading.quantity) for one in readings})) or "none at all"
-        raise Code.MSR_NONE.refusal(
-            f"of {len(readings)} readings ({kinds}) none says where the part's surface is",
-            hint="read at least one diameter, radius or length of a feature of the part",
-        )
     datum = None if touches is not None and _knows_z(touches) else datum_of(profile, [one.first for one in used])
     whole = tuple(seen_by(profile, one, datum) for one in used)
     seen = tuple(one.less(np.full(len(one.weight), gauging.allowance_mm)) for one in whole)
@@ -54,6 +47,19 @@ def with_readings(
     rows = [*_single(used, seen), *_faces(profile, used, seen, datum)]
     joined = _joined(profile, rows, touches)
     return replace(joined, seen=seen), tuple(_notes(profile, readings, used, datum))
+
+
+def require_places(readings: Sequence[MatchedReading], vectors: ErrorVectors) -> None:
+    """Raises MSR-NONE where no error at a place follows from readings: an angle alone turns a surface about any place,
+    the radius of an arc is that of a circle with any centre.
+    """
+    if len(vectors.point):
+        return
+    kinds = ", ".join(sorted({str(one.reading.quantity) for one in readings}))
+    raise Code.MSR_NONE.refusal(
+        f"of {len(readings)} readings ({kinds}) none states where the part's surface is",
+        hint="read at least one diameter or length of a feature besides",
+    )
 
 
 def _knows_z(touches: ErrorVectors) -> bool:
