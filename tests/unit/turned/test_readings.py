@@ -294,6 +294,25 @@ def test_a_place_on_the_far_side_of_the_axis_is_told_the_radius() -> None:
     repeated(PROFILE, matched(replace(far, place_mm=(22.0, -100.0))), Gauging())
 
 
+def test_a_length_from_a_touched_face_is_an_error_of_the_other_face() -> None:
+    """The collar's shoulder at z −80 is touched 6 µm too far out, the step at −12 is read 68.030 from it: +36 µm."""
+    touch = replace(
+        with_readings(PROFILE, matched(reading("wide", Quantity.DIAMETER, 44.0, -100.0)), None, Gauging())[0],
+        point=("1",),
+        feature_index=np.array([1]),
+        arc_length_mm=np.array([0.5]),
+        error_mm=np.array([0.006]),
+        nominal_mm=np.array([[21.5, -80.0]]),
+        outward_normal=np.array([[0.0, 1.0]]),
+        gauged=(),
+        seen=(),
+    )
+    length = matched(reading("step", Quantity.LENGTH, 68.030, None, "shoulder"))
+    vectors, _ = with_readings(PROFILE, length, touch, Gauging())
+    assert vectors.point == ("1", "step (lengths)") and vectors.gauged == ("step (lengths)",)
+    assert vectors.error_mm.tolist() == pytest.approx([0.006, 0.036])
+
+
 def test_runout_is_kept_and_no_error_follows() -> None:
     both = matched(
         reading("wide", Quantity.DIAMETER, 44.0, -100.0), reading("wide", Quantity.RUNOUT, 0.004, z_mm=-100.0)

@@ -210,7 +210,7 @@ def _of_features(vectors: ErrorVectors, profile: Profile, features: set[str]) ->
     """Those on some features, and what readings state of these alone."""
     rows = np.flatnonzero([profile.names[index] in features for index in vectors.feature_index.tolist()])
     own = [index for index, name in enumerate(profile.names) if name in features]
-    return replace(vectors.chosen(rows), seen=own_seen(vectors.seen, own))
+    return replace(vectors.chosen(rows), seen=own_seen(vectors, own))
 
 
 def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
@@ -231,7 +231,7 @@ def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
         )
     names = read.profile.names
     indices = [[index for index, name in enumerate(names) if name in own] for own in owns]
-    found.extend(shared_words(measured.vectors.seen, indices, names))
+    found.extend(shared_words(measured.vectors, indices, names))
     if unused:
         found.append(wording("{features}: touched, which corrects nothing.", features=all_of(unused)))
     return found

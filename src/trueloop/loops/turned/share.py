@@ -70,7 +70,7 @@ def shared_words(inputs: Inputs, contours: tuple[OwnContour, ...], judged: Colle
         found.append(
             wording("{names}: left alone, and what was measured of it is used for nothing.", names=all_of(left))
         )
-    found.extend(readings_words(inputs.touches.seen, owns, inputs.profile.names))
+    found.extend(readings_words(inputs.touches, owns, inputs.profile.names))
     of_no_place = [
         one.name
         for one in inputs.touches.seen
@@ -104,7 +104,7 @@ def vectors_of_edge(vectors: ErrorVectors, own: OwnContour, profile: Profile) ->
     features = own.profile.features
     along = [float(features[i].locate(point)[0]) for i, point in zip(index, chosen.nominal_mm, strict=True)]
     gauged = tuple(name for name in chosen.gauged if name in chosen.point)
-    seen = tuple(_own_seen(one, own, profile) for one in own_seen(chosen.seen, _own_of(own)))
+    seen = tuple(_own_seen(one, own, profile) for one in own_seen(vectors, _own_of(own)))
     placed = replace(chosen, feature_index=index, arc_length_mm=np.array(along), gauged=gauged, seen=seen)
     return placed.chosen(np.lexsort((placed.arc_length_mm, placed.feature_index)))
 

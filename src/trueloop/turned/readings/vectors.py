@@ -44,7 +44,7 @@ def with_readings(
     if datum is not None:
         name, middle = profile.names[datum], 0.5 * profile.features[datum].length_mm
         seen = (*seen, Seen.at(f"{name} (datum)", ((datum, middle, 1.0),), 0.0, 0.0))
-    rows = [*_single(used, seen), *_faces(profile, used, seen, datum)]
+    rows = [*_single(used, seen), *_faces(profile, used, seen, datum, touches)]
     joined = _joined(profile, rows, touches)
     return replace(joined, seen=seen), tuple(_notes(profile, readings, used, datum))
 
@@ -83,12 +83,22 @@ def _single(used: Sequence[RepeatedReading], readings: Sequence[Seen]) -> Iterat
 
 
 def _faces(
-    profile: Profile, used: Sequence[RepeatedReading], readings: Sequence[Seen], datum: int | None
+    profile: Profile,
+    used: Sequence[RepeatedReading],
+    readings: Sequence[Seen],
+    datum: int | None,
+    touches: ErrorVectors | None,
 ) -> Iterator[_Row]:
-    """Faces that lengths tie to the datum, or to the part's zero: their errors by weighted least squares."""
+    """Faces that lengths tie to the datum, to a touched face, or to the part's zero: their errors by weighted least
+    squares.
+    """
     lengths = [s for one, s in zip(used, readings, strict=False) if one.first.reading.quantity is Quantity.LENGTH]
     by_definition = () if datum is None or not lengths else readings[len(used) :]
-    for (index, along_mm), (error_mm, u_mm) in determined((*by_definition, *lengths)).items():
+    touched = () if touches is None else _touched_faces(replace(touches, seen=tuple(lengths)))
+    of_touches = {index for one in touched for index in one.feature_index.tolist()}
+    for (index, along_mm), (error_mm, u_mm) in determined((*by_definition, *touched, *lengths)).items():
+        if index in of_touches:
+            continue
         kind = DATUM if index == datum else "lengths"
         yield _Row(f"{profile.names[index]} ({kind})", index, along_mm, error_mm, u_mm)
 
@@ -241,22 +251,38 @@ def determined(readings: Sequence[Seen]) -> dict[Place, tuple[float, float]]:
     return {place: (error_mm, 0.0) for place, error_mm in exact.items()} | by_rows
 
 
-def own_seen(readings: Sequence[Seen], own: Collection[int]) -> tuple[Seen, ...]:
-    """Returns what readings state of the features `own` alone: those that see no others, and shared ones in which the
-    remaining readings determine the errors of all others: these are taken out, their variance is added.
+def _touched_faces(vectors: ErrorVectors) -> tuple[Seen, ...]:
+    """Returns the errors of touched faces at the places from which lengths count."""
+    lengths = [one for one in vectors.seen if len({*one.feature_index.tolist()}) > 1]
+    touched = np.flatnonzero(~vectors.by_gauge)
+    rows = {
+        place: touched[vectors.feature_index[touched] == place[0]]
+        for place in dict.fromkeys(place for one in lengths for place in _places(one))
+    }
+    return tuple(
+        Seen.at("", ((*place, 1.0),), float(np.median(vectors.error_mm[of])), float(np.mean(vectors.standard_u_mm[of])))
+        for place, of in rows.items()
+        if len(of)
+    )
+
+
+def own_seen(vectors: ErrorVectors, own: Collection[int]) -> tuple[Seen, ...]:
+    """Returns what readings state of the features `own` alone: those that see no others, and shared ones in which
+    touches or the remaining readings determine the errors of all others: these are taken out, their variance is added.
     """
-    return tuple(alone for one in readings if (alone := own_part(one, readings, own)) is not None)
+    return tuple(alone for one in vectors.seen if (alone := _own_part(one, vectors, own)) is not None)
 
 
-def own_part(reading: Seen, readings: Sequence[Seen], own: Collection[int]) -> Seen | None:
-    """Returns what one of `readings` states of the features `own` alone; None where it states nothing of them, or the
+def _own_part(reading: Seen, vectors: ErrorVectors, own: Collection[int]) -> Seen | None:
+    """Returns what one of the readings states of the features `own` alone; None where it states nothing of them, or the
     errors of others cannot be taken out.
     """
     mine = np.isin(reading.feature_index, list(own))
     if mine.all() or not mine.any():
         return reading if mine.all() else None
     others = [k for k, is_mine in enumerate(mine.tolist()) if not is_mine]
-    known, places = determined([other for other in readings if other is not reading]), _places(reading)
+    beside = [other for other in vectors.seen if other is not reading]
+    known, places = determined([*_touched_faces(vectors), *beside]), _places(reading)
     if any(places[k] not in known for k in others):
         return None
     weights = reading.weight[others]
@@ -275,17 +301,17 @@ def _places(reading: Seen) -> list[Place]:
     return list(zip(reading.feature_index.tolist(), reading.arc_length_mm.tolist(), strict=True))
 
 
-def shared_words(readings: Sequence[Seen], owns: Sequence[Collection[int]], names: Sequence[str]) -> list[str]:
+def shared_words(vectors: ErrorVectors, owns: Sequence[Collection[int]], names: Sequence[str]) -> list[str]:
     """Returns in words what readings of features of several owners correct; `owns` are the features of each, `names`
     those of all features.
     """
     found: list[str] = []
     unused: list[str] = []
-    for one in readings:
+    for one in vectors.seen:
         of = {*one.feature_index.tolist()}
         if any(of <= {*own} for own in owns):
             continue
-        corrected = [of & {*own} for own in owns if own_part(one, readings, own) is not None]
+        corrected = [of & {*own} for own in owns if _own_part(one, vectors, own) is not None]
         found.extend(
             wording(
                 "{name}: taken as the error of {feature}, counted from {other}.",
@@ -299,8 +325,8 @@ def shared_words(readings: Sequence[Seen], owns: Sequence[Collection[int]], name
     if unused:
         found.append(
             wording(
-                "{names}: between features that are not cut together, and corrects none of them: no other reading "
-                "states where one of them is.",
+                "{names}: between features that are not cut together, and corrects none of them: no other reading or "
+                "touch states where one of them is.",
                 names=all_of(unused),
             )
         )
