@@ -1,11 +1,12 @@
 """A length between faces that are not cut together corrects the one of them that the other readings do not place."""
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 
-from tests.support.cli import run
+from tests.support.cli import invoke, run
 from tests.support.two_sides import PLACES, job
 
 PROGRAM = """O1
@@ -29,6 +30,21 @@ G0 X100. Z100.
 M30
 """
 DIAMETERS = ("seat,-5,,30.000,,", "seat,-15,,30.000,,", "collar,-25,,36.000,,", "collar,-45,,36.000,,")
+
+
+DRAWN = '[[part.characteristic]]\nname = "{}"\nquantity = "{}"\nfeature = "{}"\n{}tolerance = "±0.01"\n'
+
+
+def certified(job: Path, serial: str, device: str = "MIC 2") -> dict[str, tuple[float | None, str | None]]:
+    """Correct a finished part, measure what was cut then, and certify it: value and verdict of each characteristic."""
+    run("compensate", job, "-o", job.parent / "o", "--serial", serial)
+    after = job.parent / "after.csv"
+    after.write_text(f"# instrument: {device}\n" + (job.parent / "r.csv").read_text())
+    run("measure", "read", after, "--job", job, "--after", "finish", "--serial", serial)
+    db = job.parent / "trueloop.db"
+    invoke("monitor", "certify", serial, "--db", db, "-o", job.parent / "c")
+    shown = json.loads((job.parent / "c" / f"certificate-{serial}.json").read_text())
+    return {one["characteristic"]: (one["actual"], one["verdict"]) for one in shown["characteristics"]}
 
 
 def two_tools(folder: Path, *lengths: str) -> Path:
@@ -93,3 +109,35 @@ def test_an_angle_alone_of_what_an_edge_cuts_corrects_nothing_and_a_note_states_
     said = run("compensate", path)
     assert "collar angle: corrects nothing, as no diameter, length or touch states where the surface is" in said
     assert "T5 wear" not in said
+
+
+@pytest.mark.parametrize(("read_mm", "verdict"), [(20.002, "in"), (20.012, "out")])
+def test_a_length_of_two_tools_is_judged_as_measured_and_in_the_certificate(
+    tmp_path: Path, read_mm: float, verdict: str
+) -> None:
+    path = two_tools(tmp_path, f"shoulder,,front,,{read_mm},1")
+    path.write_text(path.read_text() + DRAWN.format("L20", "length", "shoulder", 'other = "front"\n'))
+    assert certified(path, "7") == {"L20": (read_mm, verdict)}
+    (size,) = json.loads((tmp_path / "o" / "part.json").read_text())["characteristics"]
+    assert size["before"]["value"] == pytest.approx(read_mm) and size["before"]["verdict"] == verdict
+    assert size["before"]["standard_u"] == pytest.approx(0.001)
+
+
+def test_sizes_of_two_set_ups_are_in_the_certificate(tmp_path: Path) -> None:
+    """A length between faces of both, one from the part's zero, and a diameter at a place that the second has turned
+    round.
+    """
+    path = job(tmp_path, [0.0] * len(PLACES))
+    (tmp_path / "r.csv").write_text(
+        "feature,z_mm,from,diameter_mm,length_mm,uncertainty_um\n"
+        "seat,-10,,36.000,,1\nback-seat,-60,,38.006,,1\nback-seat,-70,,38.000,,1\n"
+        "back,,front,,80.007,1\nback-step,,,,50.012,1\n"
+    )
+    drawn = DRAWN.format("L80", "length", "back", 'other = "front"\n') + DRAWN.format("L50", "length", "back-step", "")
+    drawn += DRAWN.format("D38", "diameter", "back-seat", "at_z_mm = -60\n")
+    path.write_text(path.read_text().replace('touches = "touches.csv"', 'readings = "r.csv"') + drawn)
+    sizes = {"L80": (80.007, "in"), "L50": (50.012, "out"), "D38": (38.006, "in")}
+    assert certified(path, "7") == sizes
+    said = json.loads((tmp_path / "o" / "part.json").read_text())
+    assert {one["name"]: one["before"]["verdict"] for one in said["characteristics"]} == {"L80": "in"}
+    assert not any("z counts from no face" in note for note in said["notes"])

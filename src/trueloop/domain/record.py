@@ -16,7 +16,7 @@ from typing import Final, Generic, Literal, TypeVar
 
 from trueloop._core import nc_mentions
 from trueloop.arrays import by_content
-from trueloop.domain.characteristic import Judged
+from trueloop.domain.characteristic import Characteristic, Judged
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Ran
 from trueloop.domain.part import PartType
@@ -157,8 +157,9 @@ class Record:
     correction of machine and process together. `inspections` are those it was made from; `edge` is the tool's
     that cuts, mounted and measured at `edge_set_at`. `tool_offset` is the change of the tool's offset that is the
     correction, or could take its place; it is the change against `cut_with`, what cut the part that was measured.
-    `characteristics` are those that the drawing asks for, judged. None and empty: not stated, or written before there
-    was a schema.
+    `characteristics` are those that the drawing asks for, judged; `between` the lengths of the drawing from a face that
+    this edge cuts to one that another edge cuts, by the part's names. None and empty: not stated, or written before
+    there was a schema.
     """
 
     id: str
@@ -185,6 +186,7 @@ class Record:
     tool_offset: ToolOffset | None = None
     cut_with: CutWith | None = None
     characteristics: tuple[Judged, ...] = ()
+    between: tuple[Characteristic, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("options", "model"):

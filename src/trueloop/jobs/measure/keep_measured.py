@@ -34,6 +34,7 @@ from trueloop.jobs.store.of_this_part import (
 )
 from trueloop.jobs.store.where import Beside, Keeping, accepting, store_of
 from trueloop.jobs.tools import apart
+from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import part_type
@@ -147,8 +148,12 @@ def _shares(files: JobFiles, inspections: Sequence[tuple[str, Inspection]], name
     """Returns a part's measurements by edge, each as a job of its own with the features that the edge cuts."""
     profile, found = files.profile(), list[_Share]()
     inspections = [(file, _from_reference(one, files.job)) for file, one in inspections]
+    drawn = characteristics_of(files.located, profile)
     for share in shares_of(files):
-        mine = [(file, inspection_of_edge(one, profile, share.own, names, share.setup)) for file, one in inspections]
+        mine = [
+            (file, inspection_of_edge(one, profile, share.own, names, share.setup, drawn=drawn))
+            for file, one in inspections
+        ]
         found.append(_Share(share.files, [(file, one) for file, one in mine if one.values], {}))
     return found
 

@@ -8,9 +8,10 @@ from trueloop.domain.inspection import Inspection, Reading, Values
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.geometry.profile import Profile
+from trueloop.jobs.turned.shares import of_characteristic
 from trueloop.loops.monitor.certificate import RequiredSize
 from trueloop.loops.turned.correction import Correction
-from trueloop.loops.turned.share import frame_of
+from trueloop.loops.turned.share import characteristics_in, frame_of
 from trueloop.storage.store import Store, find
 from trueloop.turned.characteristics.measurand import SAME, place_of, usual
 from trueloop.turned.readings.match import match_inspection
@@ -20,7 +21,7 @@ from trueloop.turned.readings.sizes import axial_mm
 
 @dataclass(frozen=True)
 class DrawingSizes:
-    """Characteristics with their limits, and the profile that has them, in the part's frame."""
+    """Characteristics with their limits, and the profile that has them, in the frame of the inspections kept."""
 
     profile: Profile
     characteristics: tuple[Characteristic, ...]
@@ -42,7 +43,7 @@ class DrawingSizes:
         readings, named = list[Reading](), dict[str, set[str]]()
         for reading in inspection.readings:
             of = self._of(inspection, reading)
-            readings += [_named(reading, one) for one in of] or [reading]
+            readings += [of_characteristic(reading, one) for one in of] or [reading]
             for one in of:
                 named.setdefault(one.name, set()).add(inspection.device_of(reading.characteristic))
         known = {name: "" if "" in devices else ", ".join(sorted(devices)) for name, devices in named.items()}
@@ -65,16 +66,6 @@ class DrawingSizes:
         return there and place_of(as_read, self.profile) == place_of(characteristic, self.profile)
 
 
-def _named(reading: Reading, characteristic: Characteristic) -> Reading:
-    return replace(
-        reading,
-        characteristic=characteristic.name,
-        nominal=characteristic.nominal,
-        lower_limit=characteristic.lower_limit,
-        upper_limit=characteristic.upper_limit,
-    )
-
-
 def drawing_of(store: Store, part: Part) -> DrawingSizes | None:
     """Returns the characteristics of the last correction of a part's type; None where none states any.
 
@@ -84,14 +75,14 @@ def drawing_of(store: Store, part: Part) -> DrawingSizes | None:
         record, correction = kept.value.record, kept.value.payload
         if record.part_type is None or record.part_type.identity != part.part_type.identity:
             continue
-        if not isinstance(correction, Correction) or not record.characteristics:
+        if not isinstance(correction, Correction) or not (record.characteristics or record.between):
             continue
         of_file = {
             (reading.characteristic, reading.lower_limit, reading.upper_limit)
             for one in record.inspections
             for reading in one.readings
         }
-        judged = [one.characteristic for one in record.characteristics]
-        own = tuple(one for one in judged if (one.name, one.lower_limit, one.upper_limit) not in of_file)
-        return DrawingSizes(frame_of(correction).back.profile(correction.profile), own)
+        drawn = [*(one.characteristic for one in record.characteristics), *record.between]
+        own = tuple(one for one in drawn if (one.name, one.lower_limit, one.upper_limit) not in of_file)
+        return DrawingSizes(correction.profile, characteristics_in(frame_of(correction), own))
     return None

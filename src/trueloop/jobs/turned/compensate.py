@@ -210,7 +210,8 @@ def _corrected(cuts: ReadCuts, store: "Store | None", memory: Use | None) -> Par
     profile, measured = cuts.read.profile, cuts.measured
 
     def known(inputs: Inputs, own: OwnContour | None) -> Inputs:
-        return with_memory(store, inputs if store is None else stored_inputs(inputs, profile, own), memory)
+        own_inputs = inputs if store is None else stored_inputs(inputs, profile, own, measured.characteristics)
+        return with_memory(store, own_inputs, memory)
 
     asked, vectors = measured.characteristics, measured.vectors
     return correct_part(profile, cuts.setups, asked, vectors, cuts.read.found.uncut, cuts.notes, known)

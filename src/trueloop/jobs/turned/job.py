@@ -35,7 +35,7 @@ from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import Signals
 from trueloop.machine.model.validity import require_serial
 from trueloop.nc.match.cutting_edge import CuttingEdge
-from trueloop.turned.readings.vectors import own_seen, shared_words
+from trueloop.turned.readings.vectors import own_seen, shared_words, z_zero
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging
 from trueloop.wording import all_of, wording
@@ -222,7 +222,7 @@ def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
     touched = {read.profile.names[index] for index in measured.vectors.feature_index.tolist()}
     unused = [name for name in read.found.uncut if name in touched]
     found: list[str] = []
-    if len(owns) > 1 and not measured.vectors.at_reference.any():
+    if len(owns) > 1 and not len(z_zero(measured.vectors)):
         found.append(
             wording(
                 "z counts from no face (`gauging.z_reference`): where a correction moves the face by which the part is "

@@ -13,8 +13,9 @@ its program: what a person reads of it there is what the machine shows.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Literal
+from typing import Final, Literal
 
+from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.tool_tables import ToolsTable
@@ -27,6 +28,7 @@ from trueloop.loops.turned.part import EdgeCorrection, PartCorrection, SetupCorr
 from trueloop.loops.turned.share import index_in, reading_in, touch_in
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import CalledOffset
+from trueloop.turned.characteristics.measurand import place_of
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import MatchedReading, MatchedTouch
 
@@ -116,13 +118,16 @@ def inspection_of_edge(
     names: Mapping[str, str] | None = None,
     setup: SetupFrame | None = None,
     allowance_mm: float = 0.0,
+    drawn: Sequence[Characteristic] = (),
 ) -> Inspection:
     """Returns what was measured of the edge's own features, by their names on its contour and in its frame.
 
     `profile` is the whole part's, `names` are its names of features by those in the file; `setup` is the frame of the
-    contour, None: the part's. What lies on no feature, a length between features of two edges, and one that counts from
-    a zero which is not the program's, does not belong to it. Where z counts from a touch of another edge's feature, the
-    touches are kept as they are seen from there: with their z less what that touch stands off its nominal.
+    contour, None: the part's. What lies on no feature does not belong to it. A length from one of its faces to that of
+    another edge, or to a zero that is not the program's, is kept beside what is measured of it alone: by the name and
+    with the limits of `drawn`, where the drawing has it; no error of the edge follows from it. Where z counts from a
+    touch of another edge's feature, the touches are kept as they are seen from there: with their z less what that touch
+    stands off its nominal.
     """
     frame = setup or PART
     matched = match_inspection(profile, inspection, names)
@@ -140,6 +145,10 @@ def inspection_of_edge(
         if m.feature_index in mine
     ]
     readings = [placed for m in matched.readings if (placed := _own_reading(frame, m, mine)) is not None]
+    if touches or readings:
+        readings += [
+            one for m in matched.readings if (one := _shared_length(profile, m, mine, frame, drawn)) is not None
+        ]
     values: tuple[Touch | Reading, ...] = (*touches, *readings)
     kind: Literal["touches", "readings"] = "touches" if touches else "readings"
     z_reference = inspection.z_reference if own_z else None
@@ -173,14 +182,49 @@ def _own_reading(frame: SetupFrame, of: MatchedReading, mine: Mapping[int, str])
     return None if placed is None else replace(placed, feature=mine[of.feature_index], other=other)
 
 
-def stored_inputs(inputs: Inputs, profile: Profile, own: OwnContour | None) -> Inputs:
-    """Returns an edge's inputs as those of its own part; `profile` is the whole part's. A job's only tool has all."""
+ZERO: Final = "zero of the part"
+"""From where a length counts whose part's zero is not that of the program: the name of no feature."""
+
+
+def _shared_length(
+    profile: Profile, of: MatchedReading, mine: Mapping[int, str], frame: SetupFrame, drawn: Sequence[Characteristic]
+) -> Reading | None:
+    """Returns a length with one end of this edge's as one of that end; None: it is none, or of this edge alone."""
+    faces = [index for index in (of.feature_index, of.other_index) if index is not None]
+    ends = [index for index in faces if index in mine]
+    if of.reading.quantity is not Quantity.LENGTH or len(ends) != 1 or _own_reading(frame, of, mine) is not None:
+        return None
+    names = [profile.names[index] for index in faces]
+    size = Characteristic("", Quantity.LENGTH, names[0], 0.0, other="" if len(names) == 1 else names[1])
+    other = next((name for name in names if name != profile.names[ends[0]]), ZERO)
+    reading = replace(of.reading, feature=mine[ends[0]], other=other, place_mm=())
+    named = next((one for one in drawn if place_of(one, profile) == place_of(size, profile)), None)
+    return reading if named is None else of_characteristic(reading, named)
+
+
+def of_characteristic(reading: Reading, characteristic: Characteristic) -> Reading:
+    """Returns the reading with the name, the nominal and the limits of a characteristic."""
+    return replace(
+        reading,
+        characteristic=characteristic.name,
+        nominal=characteristic.nominal,
+        lower_limit=characteristic.lower_limit,
+        upper_limit=characteristic.upper_limit,
+    )
+
+
+def stored_inputs(
+    inputs: Inputs, profile: Profile, own: OwnContour | None, drawn: Sequence[Characteristic] = ()
+) -> Inputs:
+    """Returns an edge's inputs as those of its own part; `profile` is the whole part's, `drawn` as in
+    `inspection_of_edge`. A job's only tool has all.
+    """
     if own is None:
         return inputs
     part = replace(inputs.part, name=name_of_share(inputs.part.name, own, inputs.setup))
     allowance_mm = inputs.measured_allowance_mm
     mine = (
-        inspection_of_edge(one, profile, own, setup=inputs.setup, allowance_mm=allowance_mm)
+        inspection_of_edge(one, profile, own, setup=inputs.setup, allowance_mm=allowance_mm, drawn=drawn)
         for one in inputs.inspections
     )
     inspections = tuple(replace(one, part=replace(one.part, part_type=part)) for one in mine if one.values)

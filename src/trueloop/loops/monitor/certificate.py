@@ -163,7 +163,7 @@ def _certified(size: RequiredSize, inspections: Sequence[PartInspection], stated
         repeats=len(values),
         by=by,
         temperature_c=temperature,
-        missing=tuple(missing),
+        missing=tuple(dict.fromkeys(missing)),
         remarks=tuple(remarks),
     )
 
@@ -196,7 +196,7 @@ def _contradicted(
 ) -> Iterator[str]:
     """Yields other measurements, of the same state of the part, that prove the characteristic outside its limits."""
     for one in inspections:
-        if by is None or one is by or bool(one.released) != bool(by.released):
+        if by is None or _is_same(one, by) or bool(one.released) != bool(by.released):
             continue
         readings = [each for each in one.inspection.readings if each.characteristic == size.name]
         u = _standard_u(size, readings, stated_u)
@@ -206,6 +206,12 @@ def _contradicted(
             named = (one.inspection.device_of(size.name), "" if at is None else f"{at:%Y-%m-%d %H:%M}")
             yield wording("another measurement is outside the limits: {which}",
                           which=", ".join(filter(None, named)) or one.inspection.sha256[:12])  # fmt: skip
+
+
+def _is_same(one: PartInspection, other: PartInspection) -> bool:
+    """Returns whether both are of one measurement, as the shares of two edges in it."""
+    inspection, beside = one.inspection, other.inspection
+    return (inspection.sha256, inspection.measured_at) == (beside.sha256, beside.measured_at)
 
 
 def _latest(name: str, inspections: Sequence[PartInspection]) -> tuple[PartInspection | None, tuple[Reading, ...]]:

@@ -11,14 +11,14 @@ the face from which z counts.
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.domain.characteristic import Characteristic, Judged, Quantity
+from trueloop.domain.characteristic import Characteristic, Judged, Judgement, Quantity
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.loops.turned.commanded import Commanded
@@ -35,6 +35,7 @@ from trueloop.turned.characteristics.measurand import Measurand, measurand
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.readings.sizes import is_face
+from trueloop.turned.readings.vectors import z_zero
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 TOUCHED_MM: Final = 0.05
@@ -162,10 +163,12 @@ def lengths(
     characteristics: Sequence[Characteristic],
     vectors: ErrorVectors,
     setups: Sequence[Sequence[Share]],
+    *,
+    finished: bool,
 ) -> tuple[Judged, ...]:
     """Returns those characteristics that are lengths between faces of two edges of one set-up, where that is the only
     one, else of two set-ups. `setups`: the shares of each, in the order in which they are cut; `vectors` what was
-    measured, in the frame of `profile`.
+    measured, in the frame of `profile`. A `finished` part is judged as measured as well.
 
     Left out are those with a face that was not measured, and of two set-ups all where z counts from no face, and those
     of a set-up before the one that cuts that face: on what the part stands there is not known. Raises TOL errors.
@@ -175,11 +178,29 @@ def lengths(
         return ()
     between = [one for one in characteristics if one.quantity is Quantity.LENGTH and one.other]
     found = (_judged(profile, one, vectors, setups, face) for one in between)
-    return tuple(one for one in found if one is not None)
+    judged = [one for one in found if one is not None]
+    if finished:
+        judged = [replace(one, before=_as_measured(profile, one.characteristic, vectors)) for one in judged]
+    return tuple(judged)
+
+
+def _as_measured(profile: Profile, characteristic: Characteristic, vectors: ErrorVectors) -> Judgement | None:
+    """Judges a length by what was measured of both its faces; None: of one of them nothing was."""
+    count = np.bincount(vectors.feature_index, minlength=len(profile.features)).astype(np.intp)
+    sizes = measurand(profile, characteristic, count)
+    value, variance = float(sizes.nominal[0]), 0.0
+    for feature in np.unique(sizes.feature_index).tolist():
+        rows = vectors.of_feature(feature)
+        if not len(rows):
+            return None
+        gain = float(np.sum(sizes.gains[0, sizes.feature_index == feature]))
+        value += gain * float(np.mean(vectors.error_mm[rows]))
+        variance += (gain * float(np.max(vectors.standard_u_mm[rows]))) ** 2
+    return judge(value, variance**0.5, None, characteristic.lower_limit, characteristic.upper_limit)
 
 
 def _face(profile: Profile, vectors: ErrorVectors, setups: Sequence[Sequence[Share]]) -> _Face | None:
-    reference = np.flatnonzero(vectors.at_reference)
+    reference = z_zero(vectors)
     if not len(reference):
         return None
     feature = int(vectors.feature_index[reference[0]])

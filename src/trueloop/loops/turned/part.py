@@ -32,6 +32,7 @@ from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
+from trueloop.turned.readings.vectors import z_zero
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import all_of, wording
 
@@ -176,15 +177,16 @@ def correct_part(
         return PartCorrection(
             part=whole.part.name, profile=profile, setups=done, uncut=(), record_id=done[0].record_id, notes=()
         )
+    finished = all(of.measured_finished for one in cuts for _, of in one.cuts)
     allowed = any(of.allowance_mm or of.measured_allowance_mm for one in cuts for _, of in one.cuts)
-    sizes = () if allowed else lengths(profile, asked, vectors, [_shares(one) for one in done])
+    sizes = () if allowed else lengths(profile, asked, vectors, [_shares(one) for one in done], finished=finished)
     return PartCorrection(
         part=whole.part.name,
         profile=profile,
         setups=done,
         uncut=tuple(uncut),
         record_id=record_id(dict(whole.inputs_sha256), {"setups": [one.record_id for one in done]}),
-        notes=(*_left(uncut), *notes, *_unjudged(done, asked, sizes, bool(vectors.at_reference.any()))),
+        notes=(*_left(uncut), *notes, *_unjudged(done, asked, sizes, bool(len(z_zero(vectors))))),
         characteristics=sizes,
     )
 
@@ -234,14 +236,19 @@ def correct_setup(
         ]
         stays = {one.record.id: (one.record, one.program.source) for one in kept if one and one.record and one.program}
         program = _composed(whole, [*changed, *stays.values()], joint_id)
+    drawn = whole.characteristics if asked is None else asked
     edges = tuple(
         EdgeCorrection(
-            own, None if one is None else _as_joint(one, program, of, asked), inputs, force.record if force else None
+            own,
+            None if one is None else _as_joint(_with_between(one, own, whole, drawn), program, of, asked),
+            inputs,
+            force.record if force else None,
         )
         for (own, _), one, inputs, force in zip(of.cuts, made, owns, kept, strict=True)
     )
     done = _setup(of, edges, program, joint_id, of.name)
-    sizes = lengths(whole.profile, whole.characteristics, whole.touches, [_shares(replace(done, frame=PART))])
+    shares = [_shares(replace(done, frame=PART))]
+    sizes = lengths(whole.profile, whole.characteristics, whole.touches, shares, finished=whole.measured_finished)
     words = shared_words(whole, contours, [one.characteristic.name for one in sizes])
     return replace(done, notes=words, characteristics=sizes)
 
@@ -265,6 +272,16 @@ def _setup(
     whole, source = of.cuts[0][1], of.program
     run = (source.file_name, source.source, edges, program, record, name)
     return SetupCorrection(whole.part.name, of.frame, of.features, *run, notes=())
+
+
+def _with_between(
+    correction: Correction, own: OwnContour | None, whole: Inputs, drawn: Sequence[Characteristic]
+) -> Correction:
+    """Returns the correction of an edge with the lengths from its faces to those of other edges in its record."""
+    assert own is not None  # of several edges each has its own
+    cut = {whole.profile.names[index] for parts in own.parts for index in parts}
+    between = tuple(one for one in drawn if one.other and (one.feature in cut) is not (one.other in cut))
+    return replace(correction, record=replace(correction.record, between=between))
 
 
 def _as_joint(

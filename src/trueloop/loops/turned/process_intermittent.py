@@ -54,7 +54,7 @@ from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.turned.options import By
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
 from trueloop.turned.program.wear_numbers import WearOffset
-from trueloop.turned.readings.vectors import counts_from_own_face
+from trueloop.turned.readings.vectors import z_zero
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign
 from trueloop.units import UM_PER_MM
@@ -304,7 +304,7 @@ def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: 
         correlated,
         inputs.in_force.cut_with.offset_mm,
         contour,
-        cuts_zero=counts_from_own_face(inputs.touches),
+        cuts_zero=bool(len(z_zero(inputs.touches))),
         vague_mm=options.limits.scatter_mm,
         common_u_mm=options.between_cuts.common_difference_mm,
         known=by == "contour" and all(curve.from_memory for curve in model.curves),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code
@@ -67,10 +68,12 @@ def _knows_z(touches: ErrorVectors) -> bool:
     return bool(np.any(np.abs(touches.outward_normal[:, 1]) > FACES_Z))
 
 
-def counts_from_own_face(vectors: ErrorVectors) -> bool:
-    """Returns whether z counts from a face that is one of the places: that of a touch, or of the lengths read."""
-    datum = any(f"({DATUM})" in name for name in vectors.gauged)
-    return datum or bool(vectors.at_reference.any())
+def z_zero(vectors: ErrorVectors) -> NDArray[np.intp]:
+    """Returns the positions of the places on the face from which z counts: a touch, or the datum of the lengths read.
+    Empty: z counts from none of them.
+    """
+    datum = [name in vectors.gauged and name.endswith(f"({DATUM})") for name in vectors.point]
+    return np.flatnonzero(vectors.at_reference | np.array(datum, dtype=np.bool_))
 
 
 def _single(used: Sequence[RepeatedReading], readings: Sequence[Seen]) -> Iterator[_Row]:
