@@ -110,6 +110,10 @@ pub fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDi
         column(py, states.iter().map(|state| state.diameter)),
     )?;
     columns.set_item(
+        "radius_increments",
+        column(py, states.iter().map(|state| state.radius_increments)),
+    )?;
+    columns.set_item(
         "incremental",
         column(py, states.iter().map(|state| state.incremental)),
     )?;

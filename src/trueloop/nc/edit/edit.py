@@ -92,7 +92,7 @@ def moved_word(
     Returns the edit, None where that rounds to nothing, and by how much the word is changed as written, mm. A plain
     number is replaced by the sum, written in its own style; into an expression goes a term.
     """
-    dialect, unit_mm = program.dialect, state.unit_mm(letter)
+    dialect, unit_mm = program.dialect, state.unit_mm(letter, word.increment)
     with _writable(program, word):
         moved = program.core.moved(word.index, delta_mm / unit_mm, dialect.step(state.inch), dialect.decimal_comma)
     if moved is None:

@@ -136,7 +136,7 @@ class Explicit:
             return written[0]
         start = float(path.start_mm[move, axis])
         increment = _is_increment(word, state.incremental)
-        said = number_said(word) * state.unit_mm(letter) + (start if increment else 0.0)
+        said = number_said(word) * state.unit_mm(letter, increment) + (start if increment else 0.0)
         if math.isnan(said) or abs(said - target) <= _SAME_MM:
             return held + target - start if increment else target
         plain = word.kind == "number" and word.letter == letter and increment == state.incremental

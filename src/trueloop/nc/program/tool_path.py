@@ -36,16 +36,23 @@ class Motion(IntEnum):
 
 @dataclass(frozen=True)
 class CoordinateState:
-    """The form of a block's coordinates: program unit, X as a diameter, increments instead of positions."""
+    """The form of a block's coordinates: program unit, X as a diameter, increments instead of positions.
+
+    `radius_increments`: increments of X are radii where its positions are diameters (DIAM90 of a Sinumerik).
+    """
 
     inch: bool
     diameter: bool
     incremental: bool = False
+    radius_increments: bool = False
 
-    def unit_mm(self, letter: str) -> float:
-        """Millimetres of position (X a radius) in one unit of that word; I, J, K and R are radius values."""
+    def unit_mm(self, letter: str, increment: bool | None = None) -> float:
+        """Millimetres of position (X a radius) in one unit of that word; I, J, K and R are radius values. `increment`:
+        whether the word is one, whatever the block's are.
+        """
         unit = 25.4 if self.inch else 1.0
-        return unit / 2 if letter == "X" and self.diameter else unit
+        as_radius = self.radius_increments and (self.incremental if increment is None else increment)
+        return unit / 2 if letter == "X" and self.diameter and not as_radius else unit
 
 
 def _of_state(name: str) -> "cached_property[NDArray[Any]]":
@@ -167,7 +174,10 @@ class ToolPath:
         state = int(self.state[move])
         columns = self.states
         return CoordinateState(
-            bool(columns["inch"][state]), bool(columns["diameter"][state]), bool(columns["incremental"][state])
+            inch=bool(columns["inch"][state]),
+            diameter=bool(columns["diameter"][state]),
+            incremental=bool(columns["incremental"][state]),
+            radius_increments=bool(columns["radius_increments"][state]),
         )
 
 

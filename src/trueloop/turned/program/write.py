@@ -112,9 +112,13 @@ def corrected_source(program: Program, path: ToolPath, targets: Displacements) -
             and not _is_led_in(program, path, move)
         ):
             # The rapid stays; a feed move goes on from its end to the displaced start of the contour
-            block, state = int(path.block[move]), path.coordinate_state(move + 1)
+            block, state = int(path.block[move]), path.coordinate_state(move)
             _require_both_named(program, path, move)
-            words = [coordinate_text(program.dialect, letter, float(wanted[axis]), state) for axis, letter in AXES]
+            from_mm = np.where(path.word[move] < 0, held, path.end_mm[move]) if state.incremental else np.zeros(3)
+            words = [
+                coordinate_text(program.dialect, letter, float(wanted[axis] - from_mm[axis]), state)
+                for axis, letter in AXES
+            ]
             feed = [word.text for word in program.block(int(path.block[move + 1])).words if word.letter == "F"]
             edits.append(insert_blocks_after(program, block, [" ".join(["G01", *words, *feed])]))
             held = wanted
