@@ -474,6 +474,17 @@ def test_readings_that_are_all_exactly_nominal_get_a_remark(tmp_path: Path) -> N
     assert not remarked((0.0, 0.0, 0.0, 0.0001))
 
 
+@pytest.mark.parametrize(("last_um", "remarked"), [(0.0, True), (0.1, False)])
+def test_touches_that_are_all_exactly_zero_get_a_remark(tmp_path: Path, last_um: float, remarked: bool) -> None:
+    """A column of zeros beside readings that were taken: the touches are remarked on, the readings are not."""
+    head, places = "point,feature,nominal_x_mm,nominal_z_mm,error_um\n", (f"-8,{last_um}", "-5,0", "-3,0.000")
+    rows = "".join(f"{k},cylinder-2,15,{place}\n" for k, place in enumerate(places))
+    (tmp_path / "t.csv").write_text(head + rows)
+    notes = correct(tmp_path, 1, FIRST, "contour", 'cut_with = "given"', more='touches = "t.csv"').correction.notes
+    assert ["exactly" in note for note in notes if "exactly" in note] == [True] * remarked
+    assert not remarked or "All 3 touches have an error of exactly 0" in " ".join(notes)
+
+
 def test_another_feed_or_speed_of_the_semi_finish_cut_is_reported(tmp_path: Path) -> None:
     def words(semifinish: str) -> list[str]:
         (tmp_path / "semi.nc").write_text(semifinish)

@@ -178,11 +178,23 @@ def _notes(
 
 
 def nominal_words(vectors: ErrorVectors) -> tuple[str, ...]:
-    """Returns a remark where every reading is exactly nominal: a sheet that was filled in, not measured."""
+    """Returns a remark where every reading, or every touch, is exactly nominal: a sheet that was filled in, not
+    measured. The touch from which z counts is so by definition.
+    """
     read = [one.value_mm for one in vectors.seen if one.standard_u_mm > 0.0]
-    if len(read) < FEW_NOMINAL or any(abs(value) > NOMINAL_MM for value in read):
-        return ()
-    return (wording("All {n} readings are exactly nominal: were they measured, or filled in?", n=len(read)),)
+    touched = vectors.error_mm[~vectors.by_gauge & ~vectors.at_reference].tolist()
+    words = []
+    if _all_nominal(read):
+        words.append(wording("All {n} readings are exactly nominal: were they measured, or filled in?", n=len(read)))
+    if _all_nominal(touched):
+        words.append(
+            wording("All {n} touches have an error of exactly 0: were they measured, or filled in?", n=len(touched))
+        )
+    return tuple(words)
+
+
+def _all_nominal(deviations_mm: Sequence[float]) -> bool:
+    return len(deviations_mm) >= FEW_NOMINAL and all(abs(value) <= NOMINAL_MM for value in deviations_mm)
 
 
 def assumed_words(readings: Sequence[MatchedReading], assumed_u_mm: float) -> tuple[str, ...]:
