@@ -250,6 +250,38 @@ def test_limits_that_the_readings_state_are_judged(tmp_path: Path) -> None:
     assert names == {"d36": 36.02, "d44": 44.1}
 
 
+def test_sizes_of_a_file_that_names_no_feature_are_judged_of_the_feature_that_they_correct(tmp_path: Path) -> None:
+    """By their nominal sizes these are seat-44 and shoulder-1; of 99 mm the part has nothing."""
+    sizes = (("Durchmesser 44", 44.0, 44.030), ("Durchmesser 99", 99.0, 99.001), ("Laenge 12", 12.0, 12.010))
+    lines = ["K0100 3", "K1002 SHAFT"]
+    for k, (name, nominal, _) in enumerate(sizes, 1):
+        lines += [f"K2001/{k} {k}", f"K2002/{k} {name}", f"K2101/{k} {nominal}", f"K2142/{k} mm"]
+        lines += [f"K2110/{k} {nominal - 0.02}", f"K2111/{k} {nominal + 0.02}"]
+    lines.append("\x0f".join(f"{actual}\x140\x1420.11.2026/09:40:00" for *_, actual in sizes))
+    job = shaft_with(tmp_path, SIX)
+    (tmp_path / "q.dfq").write_text("\n".join(lines) + "\n")
+    job.write_text(job.read_text().replace('"readings.csv"', '"q.dfq"'))
+    done = compensate(read_job(job).inputs)
+    judged = {one.characteristic.name: one for one in done.characteristics}
+    assert {name: one.characteristic.feature for name, one in judged.items()} == {
+        "Durchmesser 44": "seat-44",
+        "Laenge 12": "shoulder-1",
+    }
+    before = judged["Durchmesser 44"].before
+    assert before is not None and before.verdict == "out" and before.value == pytest.approx(44.030, abs=1e-4)
+    assert [note for note in done.notes if "not judged" in note] == [
+        "Durchmesser 99: of no feature of the part, not judged."
+    ]
+
+
+def test_an_axis_for_which_an_offset_is_enough_does_not_state_that_the_contour_stays(tmp_path: Path) -> None:
+    """All stand off by one amount, and the cone's angle deviates: for that the contour is corrected."""
+    done = corrected(tmp_path, FIFTEEN_TOO_LARGE + "cone,angle,,,11.40,,,0.005\n")
+    assert done.decision.x.enough and not done.decision.by_offset
+    assert "such an offset is enough" in done.decision.x.words
+    assert not any("stays as programmed" in words for words in done.decision.words)
+
+
 FIFTEEN_TOO_LARGE = (
     "feature,quantity,z_mm,value_mm,value_deg,from,uncertainty_um,uncertainty_deg\n"
     "seat-44,diameter,-105,44.030,,,1,\nseat-36,diameter,-70,36.030,,,1,\nseat-36,diameter,-50,36.030,,,1,\n"

@@ -21,7 +21,9 @@ from trueloop.turned.characteristics.measurand import (
     usual,
     with_nominal,
 )
-from trueloop.wording import wording
+from trueloop.turned.readings.matches import MatchedReading
+from trueloop.turned.readings.sizes import axial_mm
+from trueloop.wording import all_of, wording
 
 
 def characteristics_of(job: Located[Job], profile: Profile) -> tuple[Characteristic, ...]:
@@ -87,16 +89,23 @@ def joined(
     of_file: Sequence[Characteristic],
     profile: Profile,
     names: Mapping[str, str],
+    matched: Sequence[MatchedReading] = (),
 ) -> tuple[tuple[Characteristic, ...], tuple[str, ...]]:
     """Joins the job's characteristics with those of an inspection file that the job does not have; and notes.
 
-    `names`: the profile's name of a feature, by that in the file. The job speaks for the drawing: where both have a
-    size at one place, its limits count, and a note states it if the file has others. What is of no feature of the
-    profile, or has no limits, or is not a size of a turned part, is not judged, and noted.
+    `names`: the profile's name of a feature, by that in the file. `matched`: the readings of the file with their
+    features, of which the characteristics of their names are, whatever the file names. The job speaks for the drawing:
+    where both have a size at one place, its limits count, and a note states it if the file has others. What is of no
+    feature of the profile, or has no limits, or is not a size of a turned part, is not judged, and noted.
     """
-    found, notes = list(characteristics), list[str]()
+    found, notes, of_none = list(characteristics), list[str](), list[str]()
+    of = {one.reading.characteristic: one for one in matched}
     for theirs in of_file:
         one = replace(theirs, feature=names.get(theirs.feature, theirs.feature))
+        one = _of_feature(one, of[one.name], profile) if one.name in of else one
+        if not one.feature:
+            of_none.append(one.name)
+            continue
         # The job's may hold along the whole feature
         places = [place_of(each, profile) for each in (one, replace(one, at_z_mm=None))]
         ours = next(
@@ -110,7 +119,16 @@ def joined(
             found.append(checked(one, one.lower_limit, one.upper_limit, one.tolerance, profile))
         except TrueloopError as refused:
             notes.append(wording("{words}: not judged.", words=refused.message))
+    if of_none:
+        notes.append(wording("{names}: of no feature of the part, not judged.", names=all_of(of_none)))
     return tuple(found), tuple(notes)
+
+
+def _of_feature(characteristic: Characteristic, of: MatchedReading, profile: Profile) -> Characteristic:
+    """Returns the characteristic of the feature that its reading is of, where it was read."""
+    other = "" if of.other_index is None else profile.names[of.other_index]
+    at_z_mm = axial_mm(of.reading) if characteristic.at_z_mm is None else characteristic.at_z_mm
+    return replace(characteristic, feature=profile.names[of.feature_index], other=other, at_z_mm=at_z_mm)
 
 
 def _other_limits(ours: Characteristic, theirs: Characteristic) -> Iterator[str]:

@@ -124,7 +124,7 @@ def read_measured(files: JobFiles, profile: Profile, machine: PartOnMachine | No
     joint, notes = readings.joined(profile, vectors)
     notes = (*notes, *nominal_words(joint))
     asked = characteristics_of(files.located, profile)
-    characteristics, more = joined(asked, readings.asked, profile, readings.names)
+    characteristics, more = joined(asked, readings.asked, profile, readings.names, readings.matched)
     return Measured((*inspections, *readings.inspections), joint, characteristics, (*notes, *more))
 
 

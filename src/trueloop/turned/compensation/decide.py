@@ -249,7 +249,7 @@ class _Test:
     def verdict(self, by: str) -> str:
         """Describes the consequence."""
         if self.enough:
-            return wording("the offset is enough and the contour stays as programmed")
+            return wording("such an offset is enough")
         if self.p_value > SIGNIFICANCE:
             return wording("earlier parts tell the curve, which the contour follows")
         if by == "offset":
