@@ -1,6 +1,7 @@
 """Six diameters by micrometer, and nothing else, to a corrected program: the example, as its user has it."""
 
 import re
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.loops.turned.stored import CODEC
+from trueloop.nc.program.program import read_program
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 SIX = (EXAMPLES / "shaft" / "readings.csv").read_text(encoding="utf-8")
@@ -377,3 +379,21 @@ def test_the_probability_of_the_next_part_is_that_of_one_cut_to_its_nominal_size
     job.write_text(job.read_text(encoding="utf-8").replace("[tool]\n", f"{asked}[tool]\n"), encoding="utf-8")
     said = run("measure", "next", job)
     assert "of the next part, corrected to its nominal sizes," in said and "(D36)" in said
+
+
+@pytest.mark.parametrize("edge", ["X22.0\nX24.0 Z-1.0", "X24.0 ,C1.0", "X24.0 ,R1.0"])
+def test_an_edge_that_is_broken_and_not_drawn_goes_with_what_is_beside_it(tmp_path: Path, edge: str) -> None:
+    """The drawing has a sharp corner where the program has a chamfer or a radius, which ends on the seat."""
+    job = shaft_with(tmp_path, SIX)
+    sharp = job.read_text().replace('"journal-24", to = [24.0, -1.0]', '"journal-24", to = [24.0, 0.0]')
+    job.write_text(sharp.replace('    { name = "chamfer", to = [22.0, 0.0] },\n', ""))
+    inputs = read_job(job).inputs
+    program = inputs.program
+    source = re.sub(rb"X22.0 .END FACE.\nX24.0 Z-1.0 .CHAMFER.", edge.encode(), program.source)
+    inputs = replace(
+        inputs, program=read_program(source, program.dialect.name), options=replace(inputs.options, by="contour")
+    )
+    moves = read_program(compensate(inputs).corrected_program, "fanuc-lathe").run().end_mm[:, [0, 2]]
+    (at,) = np.flatnonzero((np.abs(moves[:, 1] + 1.0) < 0.05) & (moves[:, 0] < 13.0))
+    assert moves[at].tolist() == pytest.approx([12.0 - 0.0065, -1.0], abs=0.003)
+    assert moves[at - 1].tolist() == pytest.approx([11.0, 0.0], abs=0.01)

@@ -185,18 +185,21 @@ def lengths(
 
 
 def _as_measured(profile: Profile, characteristic: Characteristic, vectors: ErrorVectors) -> Judgement | None:
-    """Judges a length by what was measured of both its faces; None: of one of them nothing was."""
+    """Judges a length by its reading, else by what was measured of both its faces; None: of one of them nothing was."""
     count = np.bincount(vectors.feature_index, minlength=len(profile.features)).astype(np.intp)
     sizes = measurand(profile, characteristic, count)
-    value, variance = float(sizes.nominal[0]), 0.0
-    for feature in np.unique(sizes.feature_index).tolist():
+    value, variance, limits = float(sizes.nominal[0]), 0.0, (characteristic.lower_limit, characteristic.upper_limit)
+    faces = {*sizes.feature_index.tolist()}
+    if read := [one for one in vectors.seen if {*one.feature_index.tolist()} == faces]:
+        return judge(value + read[-1].value_mm, read[-1].standard_u_mm, None, *limits)
+    for feature in sorted(faces):
         rows = vectors.of_feature(feature)
         if not len(rows):
             return None
         gain = float(np.sum(sizes.gains[0, sizes.feature_index == feature]))
         value += gain * float(np.mean(vectors.error_mm[rows]))
         variance += (gain * float(np.max(vectors.standard_u_mm[rows]))) ** 2
-    return judge(value, variance**0.5, None, characteristic.lower_limit, characteristic.upper_limit)
+    return judge(value, variance**0.5, None, *limits)
 
 
 def _face(profile: Profile, vectors: ErrorVectors, setups: Sequence[Sequence[Share]]) -> _Face | None:

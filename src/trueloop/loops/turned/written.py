@@ -197,8 +197,10 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
     check_rest(old, path, read.images, moves, again(old, moves))
     matched = writing.matched
     tolerance_mm = writing.fitting.tolerance_mm + matched.unevenness_mm + ROUNDING_STEPS * matched.resolution_mm
-    check_contour(path, span, after, tolerance_mm)
     largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
+    reach_mm, cuts = REACH * largest_mm, (matched.cuts[0].move, matched.cuts[-1].move)
+    # The program may break an edge that is not drawn
+    check_contour(path, span, after, tolerance_mm, SourceContour(old, cuts, _by_name(before), reach_mm))
     cycle = finishing_cycle(writing.program, writing.matched.path, targets.last)
     follows_mm = largest_mm if cycle is not None and cycle.by == "name" else 0.0
     centres = of_centre(old, matched.tip_mm), of_centre(path, matched.tip_mm)
@@ -211,13 +213,16 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
     given = unfit(source, matched.path)
     own = require_nose_fits(unfit(compensated, path), path.line[[*span]], given, largest_mm + tolerance_mm)
     if not own:
-        blocks = matched.path.block[[matched.cuts[0].move, matched.cuts[-1].move]]
-        meant = {piece.shifted.feature.name: piece for piece in paths.commanded}
-        as_given = SourceContour(source, _of_blocks(source, blocks), meant, REACH * largest_mm)
+        blocks = matched.path.block[[*cuts]]
+        as_given = SourceContour(source, _of_blocks(source, blocks), _by_name(paths.commanded), reach_mm)
         along, where = driven.along(after, largest_mm), _of_blocks(compensated, path.block[[*span]])
         joined_mm = tolerance_mm + joins_mm(path, span, driven.nose_radius_mm)
         check_contour(compensated, where, along, joined_mm, as_given)
     return own
+
+
+def _by_name(pieces: Sequence[CentrePiece]) -> dict[str, CentrePiece]:
+    return {piece.shifted.feature.name: piece for piece in pieces}
 
 
 def _as_far_as_cut(matched: Commanded, pieces: Sequence[CentrePiece]) -> list[CentrePiece]:
