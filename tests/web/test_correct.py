@@ -1,6 +1,7 @@
 """A part corrected in the browser: program dropped, sizes typed, the wear number read; on a desk and on a telephone."""
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -144,6 +145,44 @@ def test_no_answer_is_sent_with_the_next_program_and_no_text_counts_as_a_number(
             expect(page.locator("main")).to_contain_text(wrong)
             page.get_by_label(label).fill(good)
             expect(go).to_be_enabled()
-        page.get_by_label("Number of its offset").fill("T3")
+        page.get_by_label("Tool number").fill("T3")
         expect(page.get_by_role("button", name="Show the part")).to_be_disabled()
         expect(page.locator("main")).to_contain_text("This is not a whole number from 1.")
+
+
+def test_typed_lengths_keep_their_size_when_the_reader_changes_the_unit(own: Browsing) -> None:
+    """0.254 mm are 0.01 inch and 4 µm are 157.4803 µinch, by 25.4 mm; the service is sent what was typed."""
+    with own.window("operator") as window:
+        page = window.page
+        shown(window)
+        measured(window, READ, "1")
+        page.get_by_label("per side (on the radius)").fill("0,254")
+        page.get_by_role("button", name="Inch").click()
+        for label, text in (
+            ("Nose radius of the finishing tool, in", "0,03149606"),
+            ("± of the gauge (k = 2), µin", "157.4803"),
+            ("per side (on the radius), in", "0,01"),
+        ):
+            expect(page.get_by_label(label)).to_have_value(text)
+        with page.expect_request("**/by-hand/correction*") as asked:
+            page.get_by_role("button", name="Correct", exact=True).click()
+        sent = asked.value.post_data_json or {}
+        assert sent["part"]["nose_radius_mm"] == 0.8
+        assert sent["measured"]["expanded_uncertainty_um"] == 4
+        assert sent["measured"]["measured_allowance_mm"] == 0.254
+        page.get_by_role("button", name="Millimetres").click()
+        expect(page.get_by_label("Nose radius of the finishing tool, mm")).to_have_value("0,8")
+
+
+def test_the_page_states_how_the_program_was_read_and_takes_the_tip_and_the_tool_number(own: Browsing) -> None:
+    with own.window("operator") as window:
+        page = window.page
+        shown(window, SHAFT.replace(b"G42 ", b""))
+        expect(page.locator("main")).to_contain_text("Without G41 or G42 the pass was taken for the path of the nose's")
+        expect(page.get_by_role("textbox", name="Tool number")).to_have_accessible_description(re.compile("T, not D"))
+        page.get_by_label("Orientation of the tip").select_option("3")
+        with page.expect_request("**/by-hand/part*") as asked:
+            page.get_by_role("button", name="Show the part").click()
+        assert (asked.value.post_data_json or {})["tip"] == 3
+        expect(page.locator("main")).to_contain_text("taken for the path of the tip of orientation 3")
+        usable(window, "notes")

@@ -30,6 +30,35 @@ export function keptFrom(unit: LengthUnit, given: Given, value: number): number 
   return unit === "mm" ? value : value * PER_UNIT[given];
 }
 
+/** A number as it is typed, with a point or a comma; null for an empty field, NaN for text that is no number. */
+export function typed(text: string): number | null {
+  const plain = text.trim().replace(",", ".").replace("−", "-");
+  if (plain === "") return null;
+  return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : NaN;
+}
+
+/** A length as it was typed, with the unit that its field had then. */
+export interface TypedLength {
+  text: string;
+  unit: LengthUnit;
+}
+export const EMPTY_LENGTH: TypedLength = { text: "", unit: "mm" };
+const SHOWN_DIGITS = 7;
+
+/** A typed length in mm or µm, whatever unit the reader has chosen since; null for an empty field, NaN for no number. */
+export function keptOf(given: Given, length: TypedLength): number | null {
+  const value = typed(length.text);
+  return value === null ? null : keptFrom(length.unit, given, value);
+}
+
+/** The text of the field of a typed length: as it was typed, or converted to the unit that the field has now. */
+export function textIn(unit: LengthUnit, given: Given, length: TypedLength): string {
+  const kept = keptOf(given, length);
+  if (unit === length.unit || kept === null || Number.isNaN(kept)) return length.text;
+  const shown = String(Number(shownIn(unit, given, kept).toPrecision(SHOWN_DIGITS)));
+  return length.text.includes(",") ? shown.replace(".", ",") : shown;
+}
+
 /** The fewest decimals that still tell apart what so many decimals of the given unit do. */
 export function decimalsIn(unit: LengthUnit, given: Given, decimals: number): number {
   return Math.max(0, Math.ceil(decimals - Math.log10(shownIn(unit, given, 1))));

@@ -1,4 +1,4 @@
-import { Alert, Button, Loader, Paper, Text, Title } from "@mantine/core";
+import { Alert, Button, Loader, Paper, Text, TextInput, Title } from "@mantine/core";
 import type { ReactNode } from "react";
 import { Link } from "wouter";
 
@@ -6,7 +6,7 @@ import { Problem } from "../api/client";
 import { useContact } from "../live/contact";
 import { useName, useText, type Key } from "../text/text";
 import { ago, moment } from "./format";
-import type { Given } from "./length";
+import { textIn, type Given, type TypedLength } from "./length";
 import { useLengths } from "./lengths";
 import { may, useUser, type Role } from "./roles";
 
@@ -69,6 +69,33 @@ export function Deviation({ um, digits = 1 }: { um: number | null | undefined; d
 /** A length without a sign, of a column whose head names the unit. */
 export function Length({ of, value, digits }: { of: Given; value: number | null | undefined; digits?: number }) {
   return <span className="number">{useLengths().plain(of, value, digits)}</span>;
+}
+
+/** A field for a length in the reader's unit; another choice of the unit converts what was typed. */
+export function LengthInput({ of, length, change, ...field }: OfLengthInput) {
+  const { unit } = useLengths();
+  return <TextInput inputMode="decimal" {...field} value={textIn(unit, of, length)} onChange={(event) => change({ text: event.currentTarget.value, unit })} />;
+}
+
+interface OfLengthInput {
+  label: string;
+  of: Given;
+  length: TypedLength;
+  change: (length: TypedLength) => void;
+  error?: string | false;
+  required?: boolean;
+}
+
+/** Sentences about how something was read or decided. */
+export function Notes({ of }: { of: string[] }) {
+  if (of.length === 0) return null;
+  return (
+    <ul className="remarks">
+      {of.map((one) => (
+        <li key={one}>{one}</li>
+      ))}
+    </ul>
+  );
 }
 
 /** What the colours of deviations mean. */

@@ -125,7 +125,8 @@ def part_by_hand(handed: HandedFile) -> PartByHand:
     asked = _of(handed)
     try:
         job, made = written_job(handed.file, asked)
-        return replace(_shown(job, Texts(asked.language, asked.unit)), notes=made.notes)
+        say = Texts(asked.language, asked.unit)
+        return replace(_shown(job, say), notes=tuple(map(say.note, made.notes)))
     except TrueloopError as refused:
         said = without_folder(refused, handed.file.parent)
         where = f"{said.place}: " if str(said.place) else ""

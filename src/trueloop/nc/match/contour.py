@@ -19,6 +19,7 @@ from trueloop.geometry.validate import GAP_MM, checked_profile, runs_as
 from trueloop.nc.match.cutting_edge import SidesOfCuts
 from trueloop.nc.program.along import FeedMove, moves_of_one_kind
 from trueloop.nc.program.tool_path import NO_COMPENSATION
+from trueloop.wording import wording
 
 _AXIS: Final = Line("axis", (0.0, 0.0), (0.0, 1.0))
 _OUTWARDS: Final = math.sin(math.radians(5.0))
@@ -58,19 +59,26 @@ def contour_of_program(
     chain, notes = _chain(found, lines)
     chain, offset_mm = moves_of_one_kind(chain, nose_radius_mm)
     if offset_mm != nose_radius_mm:
-        notes.append("The pass is the contour itself: the control keeps the nose off it by G41 or G42.")
+        notes.append(wording("The pass is the contour itself: the control keeps the nose off it by G41 or G42."))
     elif nose_radius_mm > 0:
-        point = f"the tip of orientation {tip}" if tip else "the nose's centre"
+        point = wording("the tip of orientation {tip}", tip=tip) if tip else wording("the nose's centre")
         notes.append(
-            f"Without G41 or G42 the pass was taken for the path of {point}, and the contour for what the nose of "
-            f"{nose_radius_mm:.4f} mm leaves along it. Where the program moves another point, sizes of this part are "
-            "wrong by up to twice the radius: state the tip (`tool.tip`, --tip), and where it moves the contour "
-            "itself, do not use it."
+            wording(
+                "Without G41 or G42 the pass was taken for the path of {point}, and the contour for what the nose of "
+                "{nose:.4f} mm leaves along it. Where the program moves another point, sizes of this part are wrong by "
+                "up to twice the radius: state the orientation of the tip, and where it moves the contour itself, do "
+                "not use it.",
+                point=point,
+                nose=nose_radius_mm,
+            )
         )
     ordered = _material_on_the_right(chain, side)
     if ordered is not chain:
-        way = "away from the chuck" if side is Side.INSIDE else "towards the chuck"
-        notes.append(f"The program cuts {way}: its moves were put in the opposite order.")
+        notes.append(
+            wording("The program cuts away from the chuck: its moves were put in the opposite order.")
+            if side is Side.INSIDE
+            else wording("The program cuts towards the chuck: its moves were put in the opposite order.")
+        )
     _require_side(chain, ordered is not chain, side, shown)
     chain = ordered
     if lines is None:
@@ -82,24 +90,40 @@ def contour_of_program(
     contour = contour_from_centre_path([_rounded_off(move) for move in chain], offset_mm)
     features = _cut_at_axis(contour, notes)
     about_edges = [line for name, line in line_of.items() if name not in {feature.name for feature in contour}]
-    notes += [f"Line {line} only turns the nose about an edge: no feature." for line in about_edges]
+    notes += [wording("Line {line} only turns the nose about an edge: no feature.", line=line) for line in about_edges]
     profile = checked_profile(named_by_kind(features), side=side)
-    notes.append(f"{len(features)} features, nose radius {nose_radius_mm:.4f} mm: {', '.join(profile.names)}.")
+    notes.append(
+        wording(
+            "{count} features, nose radius {nose:.4f} mm: {names}.",
+            count=len(features),
+            nose=nose_radius_mm,
+            names=", ".join(profile.names),
+        )
+    )
     return ProgramContour(profile, tuple(line_of[feature.name] for feature in features), tuple(notes))
 
 
 def _chain(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> tuple[list[FeedMove], list[str]]:
     if lines is not None:
         chosen = [m for m in moves if lines[0] <= m.line <= lines[1]]
-        return chosen, [f"Lines {lines[0]}–{lines[1]} were named: {len(chosen)} feed moves."]
+        first, last = lines
+        return chosen, [
+            wording("Lines {first}–{last} were named: {count} feed moves.", first=first, last=last, count=len(chosen))
+        ]
     chains = [list(members) for _, members in groupby(moves, key=lambda m: m.chain)]
     if not chains:
         return [], []
     longest = max(map(len, chains))
     chosen = [chain for chain in chains if len(chain) == longest][-1]
     return chosen, [
-        f"Of {len(chains)} chains of feed moves, lines {chosen[0].line}–{chosen[-1].line} were taken: "
-        f"{len(chosen)} moves, the most, and the last of equals."
+        wording(
+            "Of {chains} chains of feed moves, lines {first}–{last} were taken: {count} moves, the most, and the last "
+            "of equals.",
+            chains=len(chains),
+            first=chosen[0].line,
+            last=chosen[-1].line,
+            count=len(chosen),
+        )
     ]
 
 
@@ -163,8 +187,20 @@ def _without_approach(moves: list[FeedMove], side: Side, offset_mm: float, notes
         to_free = free_x * along * float(kept[at].path.tangent(0.0)[0])
         in_air = end == "free" and _in_front(kept[at], kept[1:] if at == 0 else kept[:-1], offset_mm)
         if in_air or to_free > (SQUARE if end == "chuck" else _OUTWARDS):
-            shape = "a face" if end == "chuck" else "a cylinder" if in_air else "a cone"
-            notes.append(f"Line {kept.pop(at).line} was taken for the way in or out at the {end} end, not for {shape}.")
+            line = kept.pop(at).line
+            if end == "chuck":
+                note = wording(
+                    "Line {line} was taken for the way in or out at the chuck end, not for a face.", line=line
+                )
+            elif in_air:
+                note = wording(
+                    "Line {line} was taken for the way in or out at the free end, not for a cylinder.", line=line
+                )
+            else:
+                note = wording(
+                    "Line {line} was taken for the way in or out at the free end, not for a cone.", line=line
+                )
+            notes.append(note)
     return kept
 
 
@@ -185,7 +221,9 @@ def _up_to_axis(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
     """Leaves out what starts at or beyond the axis, at the free end."""
     kept = list(moves)
     while kept and kept[-1].path.start_mm[0] <= GAP_MM:
-        notes.append(f"Line {kept.pop().line} was left out: it starts at or beyond the spindle axis.")
+        notes.append(
+            wording("Line {line} was left out: it starts at or beyond the spindle axis.", line=kept.pop().line)
+        )
     return kept
 
 
@@ -219,12 +257,14 @@ def _rounded_off(move: FeedMove) -> LineOrArc:
 def _cut_at_axis(contour: Sequence[Feature], notes: list[str]) -> list[Feature]:
     features = list(contour)
     while features and features[-1].start_mm[0] <= GAP_MM:
-        notes.append(f"{features.pop().name.capitalize()}, was left out: it cuts nothing outside the axis.")
+        name = features.pop().name.capitalize()
+        notes.append(wording("{move}, was left out: it cuts nothing outside the axis.", move=name))
     if features and features[-1].end_mm[0] < -GAP_MM:
         last = features[-1]
         end = min(intersections(last, _AXIS), key=lambda p: abs(float(last.locate(p)[0]) - last.length_mm))
         features[-1] = _ended(last, (0.0, end[1]))
-        notes.append(f"{last.name.capitalize()}, runs beyond the axis: its feature ends at x = 0.")
+        name = last.name.capitalize()
+        notes.append(wording("{move}, runs beyond the axis: its feature ends at x = 0.", move=name))
     return features
 
 

@@ -3,9 +3,9 @@ import { useState, type Dispatch, type SetStateAction } from "react";
 
 import { useChange } from "../../api/asking";
 import type { Shape } from "../../api/client";
-import { keptFrom } from "../../show/length";
-import { useLengths, useReader } from "../../show/lengths";
-import { Act, Refused, Section, useWhyNot } from "../../show/parts";
+import { EMPTY_LENGTH, keptOf, typed } from "../../show/length";
+import { useReader } from "../../show/lengths";
+import { Act, LengthInput, Refused, Section, useWhyNot } from "../../show/parts";
 import { useText } from "../../text/text";
 import type { Seen } from "../Correct";
 import { Remarks } from "../files/Content";
@@ -17,13 +17,6 @@ type Question = Shape<"Unstated">;
 const KINDS: Kind[] = ["program", "drawing", "measurement"];
 
 export type Files = { [kind in Kind]?: Upload | undefined };
-
-/** A number as it is typed, with a point or a comma; null for an empty field, NaN for text that is no number. */
-export function typed(text: string): number | null {
-  const plain = text.trim().replace(",", ".").replace("−", "-");
-  if (plain === "") return null;
-  return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : NaN;
-}
 
 /** A number that counts, from 1, as it is typed; null for an empty field, NaN for text that is none. */
 function counted(text: string): number | null {
@@ -38,8 +31,9 @@ function twoLines(text: string): [number, number] | number | null {
   return found ? [Number(found[1]), Number(found[2])] : NaN;
 }
 
+const TIPS = [...Array(10).keys()].map(String);
 const OF_PROGRAM = { dialect: "", unit: "", outline: "", lines: "" };
-const NOTHING = { nose: "", tool: "", side: "outside", ...OF_PROGRAM };
+const NOTHING = { nose: EMPTY_LENGTH, tip: "", tool: "", side: "outside", ...OF_PROGRAM };
 interface OfGiven {
   files: Files;
   keep: Dispatch<SetStateAction<Files>>;
@@ -51,7 +45,6 @@ interface OfGiven {
 export function Given({ files, keep, busy, show }: OfGiven) {
   const text = useText();
   const whyNot = useWhyNot()("operator");
-  const inch = useLengths().unit === "inch";
   const reader = useReader();
   const sending = useChange<Upload>();
   const asking = useChange<Part>();
@@ -87,7 +80,7 @@ export function Given({ files, keep, busy, show }: OfGiven) {
     }
     changed();
   };
-  const nose = typed(stated.nose);
+  const nose = keptOf("mm", stated.nose);
   const lines = twoLines(stated.lines);
   const tool = counted(stated.tool);
   const outline = counted(stated.outline);
@@ -98,8 +91,9 @@ export function Given({ files, keep, busy, show }: OfGiven) {
     drawing: files.drawing?.sha256 ?? "",
     name: "",
     zero: "drawing",
-    nose_radius_mm: keptFrom(inch ? "inch" : "mm", "mm", nose ?? 0),
+    nose_radius_mm: nose ?? 0,
     side: stated.side === "inside" ? "inside" : "outside",
+    tip: stated.tip === "" ? null : Number(stated.tip),
     tool,
     dialect: stated.dialect || null,
     unit: stated.unit === "mm" || stated.unit === "inch" ? stated.unit : null,
@@ -153,14 +147,21 @@ export function Given({ files, keep, busy, show }: OfGiven) {
       {KINDS.map((kind) => files[kind] && <File key={kind} of={files[kind]} take={() => (keep({ ...files, [kind]: undefined }), forget(kind), changed())} />)}
       <div className="fields">
         <div className="two">
-          <TextInput label={text("correct.nose")} inputMode="decimal" required error={bad(nose) || ((nose ?? 0) < 0 && text("correct.no.number"))} value={stated.nose} onChange={(event) => set({ nose: event.currentTarget.value })} />
+          <LengthInput label={text("correct.nose")} of="mm" required error={bad(nose) || ((nose ?? 0) < 0 && text("correct.no.number"))} length={stated.nose} change={(length) => set({ nose: length })} />
+          <NativeSelect
+            label={text("correct.tip")}
+            description={text("correct.tip.why")}
+            value={stated.tip}
+            onChange={(event) => set({ tip: event.currentTarget.value })}
+            data={[{ value: "", label: text("correct.tip.own") }, ...TIPS]}
+          />
           <NativeSelect
             label={text("correct.side")}
             value={stated.side}
             onChange={(event) => set({ side: event.currentTarget.value })}
             data={(["outside", "inside"] as const).map((one) => ({ value: one, label: text(`correct.side.${one}`) }))}
           />
-          <TextInput label={text("correct.tool")} inputMode="numeric" error={bad(tool, "correct.no.count")} value={stated.tool} onChange={(event) => set({ tool: event.currentTarget.value })} />
+          <TextInput label={text("correct.tool")} description={text("correct.tool.why")} inputMode="numeric" error={bad(tool, "correct.no.count")} value={stated.tool} onChange={(event) => set({ tool: event.currentTarget.value })} />
           {questions.map(({ about, choices = [] }) => {
             const own = { value: "", label: text("correct.own") };
             const field = (name: "dialect" | "unit" | "outline" | "lines") => ({

@@ -4,19 +4,18 @@ import { useState } from "react";
 import { useChange } from "../../api/asking";
 import type { Shape } from "../../api/client";
 import { moment, number } from "../../show/format";
-import { keptFrom, shownIn } from "../../show/length";
-import { useLengths, useReader } from "../../show/lengths";
-import { Act, Refused, Rows, Section, useWhyNot } from "../../show/parts";
+import { EMPTY_LENGTH, keptOf, shownIn, type TypedLength } from "../../show/length";
+import { useReader } from "../../show/lengths";
+import { Act, LengthInput, Notes, Refused, Rows, Section, useWhyNot } from "../../show/parts";
 import { useName, useText } from "../../text/text";
 import type { Seen } from "../Correct";
 import { Content } from "../files/Content";
 import { Drawn } from "./Drawn";
-import { typed } from "./Given";
 
 type Readings = Shape<"AskedReadings">;
 type Size = Shape<"SizeToMeasure">;
 const WAYS = ["auto", "offset", "contour"] as const;
-const EMPTY = { serial: "", instrument: "", u: "", allowance: "", cut: "", by: "auto" };
+const EMPTY = { serial: "", instrument: "", cut: "", by: "auto" };
 interface OfMeasure extends Seen {
   /** What was corrected is not what stands here any more. */
   changed: () => void;
@@ -30,17 +29,24 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
   const text = useText();
   const word = useName();
   const whyNot = useWhyNot()("operator");
-  const { unit } = useLengths();
   const reader = useReader();
   const correcting = useChange<Shape<"CorrectedByHand">>();
   const asking = useChange<Shape<"PartByHand">>();
   const [values, read] = useState<Record<string, string>>({});
   const [stated, state] = useState(EMPTY);
+  const [lengths, type] = useState({ u: EMPTY_LENGTH, allowance: EMPTY_LENGTH });
   const field = (name: keyof typeof EMPTY) => ({
     value: stated[name],
     onChange: (event: { currentTarget: { value: string } }) => {
       const { value } = event.currentTarget;
       state((before) => ({ ...before, [name]: value }));
+      changed();
+    },
+  });
+  const length = (name: keyof typeof lengths) => ({
+    length: lengths[name],
+    change: (one: TypedLength) => {
+      type((all) => ({ ...all, [name]: one }));
       changed();
     },
   });
@@ -50,8 +56,8 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
       .filter(([, each]) => each.length > 0),
   );
   const [cut_with = "", cut_by] = stated.cut.split(" ");
-  const u = typed(stated.u);
-  const allowance = typed(stated.allowance);
+  const u = keptOf("um", lengths.u);
+  const allowance = keptOf("mm", lengths.allowance);
   const noU = u !== null && !(u > 0);
   const noAllowance = Number.isNaN(allowance);
   const before = part.made_before ?? [];
@@ -61,8 +67,8 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
     mapping_toml: file?.measurement?.mapping_toml ?? "",
     serial: stated.serial.trim(),
     instrument: stated.instrument.trim(),
-    expanded_uncertainty_um: u === null ? null : keptFrom(unit, "um", u),
-    measured_allowance_mm: allowance === null ? null : keptFrom(unit, "mm", allowance),
+    expanded_uncertainty_um: u,
+    measured_allowance_mm: allowance,
     by: WAYS.find((one) => one === stated.by) ?? "auto",
     cut_with,
     cut_by: (["wear", "offsets", "corrected"] as const).find((one) => one === cut_by) ?? null,
@@ -82,7 +88,8 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
         onSuccess: (made) => {
           done(made);
           read({});
-          state((before) => ({ ...before, serial: "", allowance: "", cut: "" }));
+          state((before) => ({ ...before, serial: "", cut: "" }));
+          type((all) => ({ ...all, allowance: EMPTY_LENGTH }));
           asking.mutate(
             { path: `by-hand/part?${reader}`, body: asked },
             { onSuccess: (found) => next(found.problem ? undefined : found), onError: () => next(undefined) },
@@ -94,6 +101,7 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
     <>
       <Section title={text("correct.part")}>
         <p>{text("correct.tools", { tools: (part.tools ?? []).join(", "), dialect: part.dialect ?? "" })}</p>
+        <Notes of={part.notes ?? []} />
         {part.picture && <Drawn of={part.picture} />}
         {file ? (
           <>
@@ -110,8 +118,8 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
           <div className="two">
             <TextInput label={text("correct.serial")} description={text("correct.serial.why")} required={!file} {...field("serial")} />
             <TextInput label={text("correct.instrument")} {...field("instrument")} />
-            <TextInput label={text("correct.u")} inputMode="decimal" error={noU && text("correct.no.u")} {...field("u")} />
-            <TextInput label={text("correct.allowance")} inputMode="decimal" error={noAllowance && text("correct.no.number")} {...field("allowance")} />
+            <LengthInput label={text("correct.u")} of="um" error={noU && text("correct.no.u")} {...length("u")} />
+            <LengthInput label={text("correct.allowance")} of="mm" error={noAllowance && text("correct.no.number")} {...length("allowance")} />
             {before.length > 0 && (
               <NativeSelect
                 label={text("correct.cut")}
