@@ -94,6 +94,7 @@ class NcProgram:
         work_offsets: list[tuple[int, tuple[float, float, float]]] = ...,
         roughing: bool = ...,
         placed: bool = ...,
+        roughed_contours: bool = ...,
     ) -> tuple[
         dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]], tuple[int, bool] | None
     ]:

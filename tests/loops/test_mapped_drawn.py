@@ -75,6 +75,18 @@ def test_what_was_done_is_told_of_the_file(tmp_path: Path) -> None:
     ]
 
 
+def test_plain_corners_of_a_lathe_where_the_contour_is_roughed_alone(tmp_path: Path) -> None:
+    """R2. leaves the cylinder of radius 10 at z = -8 and meets the shoulder at radius 12; R-1. leaves it at radius 19
+    and ends at z = -11. X is 0.05 mm further out on the radius, Z 0.03 mm further in."""
+    contour = "N1 G00 X20.\nG01 Z-10. R2. F.1\nX40. R-1.\nN2 Z-30.\n"
+    text = f"G21 G00 X50. Z2.\nG71 U2. R1.\nG71 P1 Q2 U.4 W.1 F.2\n{contour}"
+    written, _ = mapped(tmp_path, text, affine_field(np.eye(3), (0.05, 0.0, -0.03)), "fanuc-lathe")
+    assert written.splitlines()[4:] == [
+        *["N1 G00 X20.100", "G01 Z-8.030 F.1", "G02 X24.100 Z-10.030 R2.000"],
+        *["G01 X38.100", "G03 X40.100 Z-11.030 R1.000", "N2 G01 Z-30.030"],
+    ]
+
+
 def test_the_command_displaces_a_contour_with_corners(tmp_path: Path) -> None:
     source, target = tmp_path / "plate.nc", tmp_path / "out.nc"
     source.write_text("G21 G90 G17\nG00 X1. Y1. Z1.\nG01 X10. ,R2. F100.\nY20.\nM30\n")

@@ -60,6 +60,7 @@ OLD = """0 BEGIN PGM A MM
 12 END PGM A MM
 """
 POCKET = "G17 G71 G90 G94 F300\nG0 X0 Y0 Z50\nPOCKET4(50,0,1,-10,20,R1+40,30,5)\nG0 X0 Y0\nM30\n"
+HAAS = "G21 G17 G90 G94\nG00 X10. Y20. Z2.\nG13 Z-3. I4. K9. Q4. D1 F100.\nG01 X12.\nG00 Z5.\nM30\n"
 OKUMA = """G00 X50 Z8
 G71 X27.55 Z-30 B60 D0.7 U0.1
 $ H2.45 L2 F2 M23
@@ -104,8 +105,18 @@ def lines(folder: Path, text: str, field: Field, dialect: str = "heidenhain", op
             "okuma-lathe",
             {"X50 Z8": "X50.200 Z7.950", "X27.55 Z-30": "X27.750 Z-30.050", "X60 Z20": "X60.200 Z19.950"},
         ),
+        (
+            HAAS,
+            "haas-mill",
+            {
+                "X10. Y20. Z2.": "X10.100 Y20.200 Z1.950",
+                "Z-3. I4. K9.": "Z-3.050 I4. K9.",
+                "X12.": "X12.100",
+                "Z5.": "Z4.950",
+            },
+        ),
     ],
-    ids=["bore", "face", "old", "pocket4", "okuma"],
+    ids=["bore", "face", "old", "pocket4", "okuma", "haas"],
 )
 def test_place_and_heights_are_displaced_and_sizes_stay(
     text: str, dialect: str, changes: dict[str, str], tmp_path: Path
@@ -137,8 +148,9 @@ def stretch(axis: int, along: int, slope: float) -> Field:
         (OLD, "heidenhain", 40.0, 6.5),
         ("R1=0\n" + POCKET, "siemens", 40.0, 11.0),
         (OKUMA, "okuma-lathe", 11.225, 38.0),
+        (HAAS, "haas-mill", 18.0, 5.0),
     ],
-    ids=["bore", "face", "old", "pocket4", "okuma"],
+    ids=["bore", "face", "old", "pocket4", "okuma", "haas"],
 )
 @pytest.mark.parametrize("axis", [0, 2])
 @pytest.mark.parametrize("along", [0, 2])

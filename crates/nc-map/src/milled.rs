@@ -32,7 +32,9 @@ pub(crate) fn shared(
 ) -> Result<HashMap<usize, Shared>, Fault> {
     let mut all = HashMap::new();
     let milled = path.drilled.iter().map(|hole| (hole.first, hole.milled));
-    for (first, space) in milled.chain(path.turned.iter().map(|cycle| (cycle.first, cycle.milled))) {
+    let turned = path.turned.iter().map(|cycle| (cycle.first, cycle.milled));
+    let pockets = path.pockets.iter().map(|(of_move, space)| (*of_move, Some(*space)));
+    for (first, space) in milled.chain(turned).chain(pockets) {
         let Some(space) = space.filter(|space| space.iter().flatten().all(|value| value.is_finite())) else {
             continue;
         };

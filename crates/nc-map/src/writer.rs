@@ -125,6 +125,9 @@ impl<'a> Writer<'a> {
     /// Writes a move as its pieces.
     pub fn write(&mut self, index: usize, pieces: &[Piece], course: &Course) -> Result<(), Refused> {
         let here = self.here(index)?;
+        if self.path.pockets.iter().any(|(of_move, _)| *of_move == index) {
+            self.displaced_whole(&here, index, [false; 3])?;
+        }
         let pole = self.geometry.arc(index).zip(pieces.first().and_then(|first| first.centre));
         let pole = pole.filter(|_| self.is_about_pole(&here));
         let is_set = pole.map_or(Ok(true), |(arc, centre)| self.set_pole(&here, arc, centre))?;

@@ -48,7 +48,10 @@ fn unknown(program: &Program, word: &Word) -> Option<Finding> {
     {
         return Some(unknown_word(program, word));
     }
-    (word.kind == WordKind::Number && !known_code(dialect, word)).then(|| unknown_code(program, word))
+    (word.kind == WordKind::Number
+        && !known_code(dialect, word)
+        && !(word.letter == b'M' && calls_macro(program, word)))
+    .then(|| unknown_code(program, word))
 }
 
 /// Whether a word is an argument of a macro, whatever its letter.

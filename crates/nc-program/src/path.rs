@@ -119,6 +119,10 @@ pub struct ToolPath {
     pub placed: Vec<Placed>,
     /// Turning cycles whose moves follow from the words of one block, in order.
     pub turned: Vec<Turned>,
+    /// Moves at whose ends the control mills a pocket by passes of its own, and the space of each.
+    pub pockets: Vec<(usize, Space)>,
+    /// Corners that are moves, and the word of their block that asks for each; negative where an earlier block did.
+    pub corners: Vec<(usize, i32)>,
     /// Dwells: the move that comes next, and the time, s; NaN where the program counts revolutions.
     pub dwells: Vec<(usize, f64)>,
     /// The block that states the unit before any length, and whether it is the inch.
@@ -211,6 +215,8 @@ impl ToolPath {
         self.drilled.truncate(self.drilled.partition_point(|hole| hole.end <= moves));
         self.placed.truncate(self.placed.partition_point(|placed| placed.of_move < moves));
         self.turned.truncate(self.turned.partition_point(|turned| turned.end <= moves));
+        self.pockets.truncate(self.pockets.partition_point(|(of_move, _)| *of_move < moves));
+        self.corners.truncate(self.corners.partition_point(|(of_move, _)| *of_move < moves));
     }
 
     /// A block calls others.

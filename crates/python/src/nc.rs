@@ -202,7 +202,7 @@ impl NcProgram {
 
     /// Runs it: the columns of the tool path, those of its modal states, the findings, and the block that states the unit
     /// before any length, with whether it is the inch.
-    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false, work_offsets=Vec::new(), roughing=true, placed=true))]
+    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false, work_offsets=Vec::new(), roughing=true, placed=true, roughed_contours=false))]
     #[allow(clippy::too_many_arguments)]
     fn run<'py>(
         &self,
@@ -219,6 +219,7 @@ impl NcProgram {
         work_offsets: Vec<(usize, [f64; 3])>,
         roughing: bool,
         placed: bool,
+        roughed_contours: bool,
     ) -> PyResult<RunTuple<'py>> {
         let dialect = self.program.dialect();
         let mut initial = dialect.initial;
@@ -238,7 +239,7 @@ impl NcProgram {
             block_limit,
             trace,
             roughing,
-            roughed_contours: false,
+            roughed_contours,
         };
         let (path, findings) = py.detach(|| {
             let (path, findings) = run(&self.program, &options);

@@ -57,12 +57,15 @@ pub fn moves<'py>(
         .drilled
         .iter()
         .filter_map(|hole| Some((hole.first, hole.milled?)));
-    let (first, space): (Vec<usize>, Vec<[[f64; 3]; 2]>) = milled.unzip();
+    let (first, space): (Vec<usize>, Vec<[[f64; 3]; 2]>) = milled.chain(path.pockets).unzip();
     columns.set_item("milled_before", column(py, first))?;
     let space = space
         .into_iter()
         .map(|[low, high]| [low[0], low[1], low[2], high[0], high[1], high[2]]);
     columns.set_item("milled_mm", rows(py, space.collect())?)?;
+    let (moves, words): (Vec<usize>, Vec<i32>) = path.corners.into_iter().unzip();
+    columns.set_item("corner_move", column(py, moves))?;
+    columns.set_item("corner_word", column(py, words))?;
     let (before, seconds): (Vec<usize>, Vec<f64>) = path.dwells.into_iter().unzip();
     columns.set_item("dwell_before", column(py, before))?;
     columns.set_item("dwell_s", column(py, seconds))?;

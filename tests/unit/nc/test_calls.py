@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from trueloop.errors import Code, Severity
+from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.nc.program.called import offset_number
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import ToolPath
@@ -28,6 +28,15 @@ def test_letters_become_local_parameters_and_the_caller_keeps_its_own() -> None:
 def test_words_of_a_macro_call_set_no_feed_and_no_speed() -> None:
     path = run("G21 G01 X1. F10. S100\nG65 P100 F77. S88. T9\nX2.\nM30\nO100\nM99")
     assert (path.feed.tolist(), path.spindle_speed.tolist(), path.tool.tolist()) == ([10, 10], [100, 100], [-1, -1])
+
+
+def test_a_value_that_decides_an_alarm_alone_is_not_asked_for() -> None:
+    """Whether the tool's life is over is the machine's to say: the path is that of the program which goes on."""
+    path = run("G21 G00 X1.\nIF[#5405GE6000.]THEN#3000=15(LIFE)\nX2.\nM30", "haas-mill")
+    assert path.end_mm[:, 0].tolist() == [1, 2]
+    assert [(found.code, found.severity) for found in path.findings] == [(Code.NC_FLOW, Severity.NOTE)]
+    with pytest.raises(TrueloopError, match="#5405 has no value"):
+        run("G21 G00 X1.\nIF[#5405GE6000.]THEN#1=15.\nX2.\nM30", "haas-mill")
 
 
 def test_arguments_are_no_axes() -> None:

@@ -150,6 +150,10 @@ pub enum G {
     Groove(u8),
     /// A cycle from where the tool stands to X and Z, by passes of the control's own.
     OwnCycle,
+    /// A round pocket about where the block goes, by circles of the control's own.
+    CirclePocket,
+    /// Goes on at the block of a name, on a condition where the word has one: GOTO, IF.
+    GoToName,
     /// Goes on with the block before: `$`.
     Continued,
     /// A drilling cycle by its arguments, here: CYCLE81.
@@ -196,7 +200,7 @@ pub enum G {
     BuilderCoordinates,
     /// Runs the program of this file whose name stands behind it: CALL of OSP.
     CallNamed,
-    /// Its coordinates limit travel, or end such limits: G22, G23.
+    /// Its words limit travel, or draw the blank (G1901); nothing moves.
     Limits,
     /// Without influence on the path.
     Inert,

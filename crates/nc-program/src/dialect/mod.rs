@@ -170,7 +170,7 @@ impl Dialect {
     #[inline]
     pub fn g_code(&self, number: f64) -> Option<G> {
         let tenths = 10.0 * number;
-        if tenths > -0.5 && tenths < 9999.5 {
+        if tenths > -0.5 && tenths < 65_535.0 {
             let whole = tenths as u16; // rounded by hand: `round` is a function call for want of SSE4.1
             return (self.g)(whole + u16::from(tenths - f64::from(whole) >= 0.5));
         }

@@ -5,6 +5,8 @@
 use crate::drilling::called_cycle::CalledHole;
 use crate::drilling::cycle_arguments::numbers;
 use crate::drilling::hole::{Drilled, Said};
+use crate::modes::modal::Plane;
+use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
 use crate::run::Runner;
 use crate::values::parameters::Key;
@@ -48,6 +50,28 @@ fn ends_at_its_place(number: u16) -> bool {
 }
 
 impl Runner<'_> {
+    /// G12, G13 of Haas: down to Z at the middle, in circles out to K or I, and back to the middle. D is the tool's radius.
+    pub(crate) fn circle_pocket(&mut self, request: &Request, word: i32) {
+        let modal = &self.state.modal;
+        let radius = request.get(b'K').or(request.get(b'I')).map_or(f64::NAN, |radius| radius * modal.mm());
+        let why = match request.get(b'Z') {
+            _ if modal.incremental || request.any(b"L") => "its depth is an increment",
+            _ if modal.plane != Plane::Xy => "it lies in another plane than G17",
+            Some(_) if radius > 0.0 => "",
+            _ => "Z, and I or K are not both given",
+        };
+        if !why.is_empty() {
+            return self.not_followed(word, why);
+        }
+        self.note_opaque(word, "its circles are not in the path");
+        let (to, words) = self.target(request, false);
+        let top = self.state.position[2].max(to[2]);
+        let mut space = [to.map(|middle| middle - radius), to.map(|middle| middle + radius)];
+        (space[0][2], space[1][2]) = (self.state.position[2].min(to[2]), top);
+        self.path.pockets.push((self.path.len(), space));
+        self.emit(MoveKind::Line, to, words);
+    }
+
     /// A pocket, slot or bore around where the tool stands.
     pub(crate) fn mill_here(&mut self, hole: &CalledHole, number: u16, reach: f64) {
         let third = self.state.modal.plane.axes().2;

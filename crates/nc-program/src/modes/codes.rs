@@ -36,7 +36,13 @@ pub(crate) fn is_idle(code: G) -> bool {
         G::Procedure | G::DefineCycle(_) | G::CycleLine | G::SystemData | G::Probe | G::Dwell | G::StoreHome(_)
     ) || matches!(
         code,
-        G::OpaqueCycle | G::OpaqueBlock | G::Continued | G::OpaqueMode | G::Setting(..) | G::ToleranceCycle
+        G::OpaqueCycle
+            | G::OpaqueBlock
+            | G::Continued
+            | G::GoToName
+            | G::OpaqueMode
+            | G::Setting(..)
+            | G::ToleranceCycle
     ) || matches!(code, G::Preset | G::Turn | G::TurnAnew | G::DefineTool | G::Limits)
 }
 
@@ -61,7 +67,7 @@ fn in_machine(code: G) -> bool {
 /// Whether a code is a cycle or a call of its own.
 fn is_cycle(code: G) -> bool {
     matches!(code, G::FinishContour | G::RoughContour(_) | G::TurningCycle | G::Thread | G::Groove(_) | G::Profile(_))
-        || code == G::OwnCycle
+        || matches!(code, G::OwnCycle | G::CirclePocket)
         || matches!(code, G::Lap(_) | G::Removal(_) | G::HoleCycle(_) | G::ModalCycle | G::CallCycle | G::CallCycleAt)
         || matches!(code, G::Pattern(_) | G::MillPocket(_) | G::CallMacro | G::ModalMacro | G::Leave(false))
 }
@@ -140,6 +146,8 @@ impl Runner<'_> {
             G::CallMacro => self.call_macro(request, word),
             G::ModalMacro => self.set_modal_macro(request, word),
             G::OwnCycle => self.own_cycle(request, word),
+            G::CirclePocket => self.circle_pocket(request, word),
+            G::GoToName => self.go_to_name(word),
             G::Groove(deep) => self.groove(request, usize::from(deep), word),
             G::EndSpline => self.spline(request, Spline::End),
             G::Profile(profile) => self.profile_cycle(request, profile, word),

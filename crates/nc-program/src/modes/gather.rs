@@ -21,6 +21,11 @@ pub(crate) const ALARM: u32 = 3000;
 /// A way to compute the value at a byte.
 type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Box<Fault>>;
 
+/// Whether the block so far calls a macro: what follows are its arguments, M among them.
+fn calls_macro(request: &Request) -> bool {
+    request.codes().iter().any(|(code, _)| matches!(code, G::CallMacro | G::ModalMacro))
+}
+
 impl Runner<'_> {
     /// Reads the block being executed into the request, which is cleared first.
     pub(crate) fn gather(&mut self, request: &mut Request) {
@@ -61,7 +66,7 @@ impl Runner<'_> {
             };
             match word.letter {
                 b'G' => self.gather_g(value, index, request),
-                b'M' => self.gather_m(value, index, request),
+                b'M' if !calls_macro(request) => self.gather_m(value, index, request),
                 b'L' if self.program.dialect().flow == FlowStyle::Structured => request.jump = Jump::Named(index),
                 letter => {
                     request.set(letter, value, index);
@@ -214,10 +219,24 @@ impl Runner<'_> {
         value
     }
 
+    /// Whether a value depends on a parameter without one, of which nothing is reported; and the byte after it.
+    pub(crate) fn is_undefined(&mut self, at: usize) -> Option<(bool, usize)> {
+        let mut undefined = Vec::new();
+        let (_, end) =
+            expression::value(self.program.source(), at, self.program.dialect(), &mut self.scope(&mut undefined))
+                .ok()?;
+        Some((!undefined.is_empty(), end))
+    }
+
     /// Computes the value at a byte; faults are reported and read as NaN. Gives the byte after it too.
     pub(crate) fn value(&mut self, at: usize) -> (f64, usize) {
         let formulas = self.program.dialect().formulas;
         self.computed(at, if formulas { expression::formula } else { expression::value })
+    }
+
+    /// The same of one value: brackets, a number, a parameter, without operators after it.
+    pub(crate) fn bracketed(&mut self, at: usize) -> (f64, usize) {
+        self.computed(at, expression::value)
     }
 
     fn computed(&mut self, at: usize, compute: Compute) -> (f64, usize) {

@@ -73,7 +73,9 @@ impl Labels {
             self.names.entry(label).or_default().push(block);
         }
         for word in program.words_of(block).iter().take(2).filter(|word| word.kind == WordKind::Label) {
-            let text = program.text(word).strip_suffix(b":").unwrap_or(&[]).trim_ascii_end();
+            let text = program.text(word);
+            let bare = if program.dialect().rules.sequence_names { text } else { &[] };
+            let text = text.strip_suffix(b":").unwrap_or(bare).trim_ascii_end();
             self.names.entry(lower(text)).or_default().push(block);
         }
     }

@@ -1,17 +1,24 @@
-//! Flow control of custom macros: IF, GOTO, WHILE, DO, END.
+//! Flow control of custom macros: IF, GOTO, WHILE, DO, END; and of OSP: IF, GOTO to blocks by their names.
 
 use std::collections::HashMap;
 
 use crate::finding::{self, Finding, Severity};
 use crate::modes::gather::ALARM;
+use crate::order::labels::Direction;
 use crate::reading::names;
-use crate::reading::program::{Program, WordKind};
+use crate::reading::program::{Program, Word, WordKind};
 use crate::run::Runner;
 use crate::values::parameters::Key;
 
 /// Keywords, and whether a bracket (or else a digit, a bracket or a parameter) follows.
-const KEYWORDS: [(&[u8], &[u8]); 5] =
-    [(b"IF", b"["), (b"WHILE", b"["), (b"GOTO", b"0123456789#["), (b"DO", b"0123456789"), (b"END", b"0123456789")];
+const KEYWORDS: [(&[u8], &[u8]); 6] = [
+    (b"IF", b"["),
+    (b"WHILE", b"["),
+    (b"WH", b"["), // the control takes the first two letters for the keyword
+    (b"GOTO", b"0123456789#["),
+    (b"DO", b"0123456789"),
+    (b"END", b"0123456789"),
+];
 
 /// Statements that write to a device outside and move nothing.
 const OUTPUT: [&[u8]; 4] = [b"POPEN", b"PCLOS", b"DPRNT[", b"BPRNT["];
@@ -31,6 +38,11 @@ pub(crate) fn begins(source: &[u8], at: usize) -> bool {
 /// One past a keyword and the white space after it, where the text has it at `at`.
 fn after(source: &[u8], at: usize, keyword: &[u8]) -> Option<usize> {
     names::after(source, at, keyword).map(|end| names::skip_blank(source, end))
+}
+
+/// One past the WHILE, or its abbreviation, and the white space after it.
+fn after_while(source: &[u8], at: usize) -> Option<usize> {
+    after(source, at, b"WHILE").or_else(|| after(source, at, b"WH"))
 }
 
 /// The macro statements of a program, and which block ends or starts which loop.
@@ -59,7 +71,7 @@ impl MacroTable {
                     }
                     None => report(findings, start, "an END without its DO"),
                 }
-            } else if is(b"DO") || is(b"WHILE") {
+            } else if is(b"DO") || after_while(text, 0).is_some() {
                 open.push((last, block, start));
             }
         }
@@ -94,7 +106,7 @@ impl Runner<'_> {
             self.conditional(at, end);
         } else if let Some(at) = keyword(b"GOTO") {
             self.go_to(at);
-        } else if let Some(at) = keyword(b"WHILE") {
+        } else if let Some(at) = after_while(source, start) {
             let value = self.value(at).0;
             self.require_value(value, at);
             if !is_true(value) {
@@ -106,6 +118,9 @@ impl Runner<'_> {
     }
 
     fn conditional(&mut self, at: usize, end: usize) {
+        if self.only_guards(at, end) {
+            return;
+        }
         let (value, rest) = self.value(at);
         self.require_value(value, at);
         let source = self.program.source();
@@ -122,6 +137,21 @@ impl Runner<'_> {
         }
     }
 
+    /// Whether all that a condition without a value decides is an alarm (`IF[#5405GE6000]THEN#3000=15`): the path is that of
+    /// the program that goes on.
+    fn only_guards(&mut self, at: usize, end: usize) -> bool {
+        let Some((true, rest)) = self.is_undefined(at) else { return false };
+        let Some(then) = after(self.program.source(), rest, b"THEN") else { return false };
+        let alarm = self.program.source().get(then..end).and_then(|text| text.strip_prefix(b"#3000"));
+        let alarms = alarm.is_some_and(|rest| rest.trim_ascii_start().first() == Some(&b'='));
+        if alarms {
+            let message = "whether the program stops here in its alarm depends on a value that is not known".to_owned();
+            let hint = "the path is that of the program that goes on";
+            self.report(Severity::Note, finding::FLOW, at, message, hint);
+        }
+        alarms
+    }
+
     /// `#1=#2+3` after THEN.
     fn assign_at(&mut self, at: usize, end: usize) {
         let text = self.program.source().get(at..end).unwrap_or(&[]);
@@ -136,6 +166,28 @@ impl Runner<'_> {
             }
             self.state.store.set(key, value);
         }
+    }
+
+    /// `GOTO NEND`, `IF[V1 EQ 2]N10`: goes on at the block of that name, of the same program.
+    pub(crate) fn go_to_name(&mut self, word: i32) {
+        let (program, start) = (self.program, self.word_start(word));
+        let (source, end) = (program.source(), program.word(word).map_or(start, Word::end));
+        let mut at = start;
+        if let Some(condition) = after(source, start, b"IF") {
+            let (value, rest) = self.bracketed(condition);
+            if !is_true(value) {
+                return; // one without a value is reported already
+            }
+            at = names::skip_blank(source, rest);
+        }
+        let at = after(source, at, b"GOTO").unwrap_or(at);
+        let name = source.get(at..end).unwrap_or(&[]).trim_ascii();
+        if let Some(block) = self.labels().target(name, self.block, Direction::Either) {
+            self.next = block;
+            return;
+        }
+        let message = format!("block {} is not in this program", String::from_utf8_lossy(name));
+        self.refuse(finding::FLOW, at, message, "write the name of a block behind IF[..] or GOTO");
     }
 
     fn go_to(&mut self, at: usize) {

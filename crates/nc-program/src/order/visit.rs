@@ -1,6 +1,6 @@
 //! Calls by number: subprograms, and the contour that a finishing cycle runs.
 
-use crate::dialect::FlowStyle;
+use crate::dialect::{FlowStyle, G};
 use crate::finding;
 use crate::modes::frame::Frame;
 use crate::modes::linear::Linear;
@@ -9,6 +9,7 @@ use crate::modes::request::{Jump, Request};
 use crate::order::labels::{label, program_name, Labels};
 use crate::path::{MoveKind, INHERITED};
 use crate::reading::names::is_name;
+use crate::reading::program::Word;
 use crate::run::Runner;
 use crate::turning::rough::Rough;
 
@@ -276,9 +277,19 @@ impl Runner<'_> {
         let ((first, at_first), (last, at_last)) = (number(b'P'), number(b'Q'));
         let (first, last) = (self.numbered_block(first, at_first), self.numbered_block(last, at_last));
         let (first, last) = (first?, last?);
+        let cycles = |word: &Word| matches!(self.program.code(word), Some(G::FinishContour | G::RoughContour(_)));
         if last < first {
             let hint = "P names the first block of the contour, Q the last";
             self.refuse(finding::FLOW, at_last, "the contour's last block is before its first".into(), hint);
+        } else if (first..=last).any(|block| self.program.words_of(block).iter().any(cycles)) {
+            let message = "the contour of this cycle has a cycle with a contour in it".into();
+            self.refuse(
+                finding::FLOW,
+                at_first,
+                message,
+                "number the contour's first and last block once in a program",
+            );
+            return None;
         } else if self.draws {
             let hint = "write the contour with moves alone, outside of its cycle";
             self.refuse(finding::FLOW, self.block_start(), "a contour that runs on a contour".into(), hint);

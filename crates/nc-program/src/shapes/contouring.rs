@@ -222,6 +222,7 @@ impl Runner<'_> {
         };
         let start = self.path.end.last().copied().unwrap_or(self.state.position);
         set(&mut self.state.position, cut.way.to);
+        self.path.corners.push((self.path.len(), asked.word));
         self.path.push(kind, start, self.state.position, [INHERITED; 3], asked.block as i32, state);
     }
 

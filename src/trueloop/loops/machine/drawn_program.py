@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code
-from trueloop.nc.edit.shape_words import SHAPE, TURNS
+from trueloop.nc.edit.shape_words import PLAIN_CORNER, SHAPE, TURNS
 from trueloop.nc.expand.block import gives_spline
 from trueloop.nc.expand.expand import WrittenOut, written_out
 from trueloop.nc.program.dialect import Dialect
@@ -28,6 +28,7 @@ _SPLINE: Final = tuple(re.compile(letter + rb"[ \t]*0*5(?!\d)") for letter in (b
 def has_shapes(letters: Collection[str], dialect: Dialect) -> bool:
     """Returns whether words of these letters shape moves beside their ends."""
     shapes = SHAPE - {TURNS} | ({"A"} if dialect.line_angle else set())
+    shapes |= PLAIN_CORNER if dialect.plain_corners else set()
     return bool(shapes & set(letters))
 
 
@@ -37,7 +38,9 @@ def written_out_file(
     """Writes the whole program out and returns both. Raises what running it strictly does, and NC-EDIT."""
 
     def run(program: Program) -> ToolPath:
-        return program.run(parameters, skipped_blocks=skipped_blocks, roughing=False, placed=False)
+        return program.run(
+            parameters, skipped_blocks=skipped_blocks, roughing=False, placed=False, roughed_contours=True
+        )
 
     path = run(program)
     require_sound(path)

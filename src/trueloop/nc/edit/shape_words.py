@@ -16,8 +16,8 @@ SHAPE: Final = frozenset("apqnijktcrws")
 """Letters of the words that shape a move beside its end: AR, RP, AP, ANG, I1, J1, K1, TURN, corners and the like."""
 TURNS: Final = "t"
 """Letter of the full turns that an arc makes besides."""
-CORNER: Final = frozenset("rcw")
-"""Letters of the words that ask for a corner: a rounding, a chamfer by its leg or its length."""
+PLAIN_CORNER: Final = frozenset("RIK")
+"""Letters of lathes that ask for a corner on a straight move; of an arc they are radius and centre."""
 EVERY_CORNER: Final = "s"
 """The letter of the word that makes a corner at the end of every block (RNDM)."""
 ANGLES: Final = frozenset("Aan")
@@ -50,7 +50,12 @@ def shaping_words(program: Program, path: ToolPath, move: int) -> list[Word]:
     setting = {int(word) for word in path.word[move] if word >= 0}
     of_tool = any(word.letter == "G" and word.text[1:].strip() == "76" for word in words)  # A of a threading cycle
     shapes = SHAPE - {TURNS} | ({"A"} if program.dialect.line_angle and not of_tool else set())
-    return [word for word in words if word.letter in shapes or (word.index in setting and word.letter not in ENDS)]
+    corners = path.corner_words
+    return [
+        word
+        for word in words
+        if word.letter in shapes or word.index in corners or (word.index in setting and word.letter not in ENDS)
+    ]
 
 
 def is_shaped(program: Program, path: ToolPath, move: int) -> bool:
@@ -73,17 +78,10 @@ def is_wordless(path: ToolPath, move: int) -> bool:
     return bool(cuts and (path.word[move] < 0).all())
 
 
-def asks_corner(program: Program, path: ToolPath, move: int) -> bool:
-    """Returns whether a move that no word sets is the corner that its block, or RNDM, requests."""
-    letters = {word.letter for word in _values(program, path, move)}
-    after_own = move > 0 and path.block[move - 1] == path.block[move]
-    return is_made(path, move) and bool(letters & CORNER or (after_own and program.rounds_every_corner))
-
-
 def asks_every_corner(program: Program, path: ToolPath, move: int) -> bool:
     """Returns whether a move is a corner that RNDM requests, or is in the block of RNDM."""
     letters = {word.letter for word in _values(program, path, move)}
-    return EVERY_CORNER in letters or (asks_corner(program, path, move) and not letters & CORNER)
+    return EVERY_CORNER in letters or path.corners.get(move, 0) < 0
 
 
 def _is_about_pole(program: Program, path: ToolPath, move: int) -> bool:

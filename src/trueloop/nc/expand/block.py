@@ -16,7 +16,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.nc.edit.edit import Edit, circle_text, coordinate_text, insert_blocks_after, number_said
-from trueloop.nc.edit.shape_words import asks_corner, is_made, is_shaped, is_wordless
+from trueloop.nc.edit.shape_words import is_made, is_shaped, is_wordless
 from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import INVERSE_TIME, Motion, ToolPath
@@ -169,7 +169,7 @@ def feed_word(program: Program, path: ToolPath, move: int) -> str:
 def require_writable(program: Program, path: ToolPath, block: Block, moves: Sequence[int]) -> None:
     """Raises NC-EDIT where the moves of one run of a block cannot be written by their ends."""
     corners = [k for k in moves if is_made(path, k)]
-    if not all(asks_corner(program, path, k) or makes_spline(program, path, k) for k in corners):
+    if not all(k in path.corners or makes_spline(program, path, k) for k in corners):
         raise refusal(program, block, "a cycle makes its moves", "write the cycle out as moves")
     shaped = is_shaped(program, path, moves[0])
     if corners and path.feed_mode[corners[0]] == INVERSE_TIME:

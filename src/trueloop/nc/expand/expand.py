@@ -16,7 +16,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.nc.edit.changes import composed, otherwise
 from trueloop.nc.edit.edit import Edit, apply_edits
-from trueloop.nc.edit.shape_words import ANGLES, asks_corner, asks_every_corner, is_made, is_shaped, is_wordless
+from trueloop.nc.edit.shape_words import ANGLES, asks_every_corner, is_made, is_shaped, is_wordless
 from trueloop.nc.expand.block import chords_of_one, makes_spline
 from trueloop.nc.expand.loops import loops_written_out
 from trueloop.nc.expand.moves import Explicit
@@ -141,7 +141,7 @@ def _is_drawn(program: Program, path: ToolPath, move: int) -> bool:
     """Returns whether a move is given with less than its points; those of cycles are left alone."""
     if makes_spline(program, path, move):
         return True
-    return asks_corner(program, path, move) if is_made(path, move) else is_shaped(program, path, move)
+    return move in path.corners if is_made(path, move) else is_shaped(program, path, move)
 
 
 def _by_visit(program: Program, path: ToolPath, moves: Iterable[int]) -> list[list[int]]:
@@ -160,7 +160,7 @@ def _hangs_on_next(program: Program, path: ToolPath, move: int) -> bool:
     """Returns whether a move ends as the next one has it: a corner, or a line of which only the angle is known."""
     named = [int(word) for word in path.word[move] if word >= 0]
     waits = len(named) == 2 and named[0] == named[1] and program.word(named[0]).letter in ANGLES
-    return asks_corner(program, path, move) or waits
+    return move in path.corners or waits
 
 
 def require_same_path(program: Program, path: ToolPath, after: WrittenOut) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from trueloop.errors import TrueloopError
 from trueloop.nc.edit.edit import Edit, coordinate_text, line_ending
-from trueloop.nc.edit.shape_words import asks_corner, is_shaped
+from trueloop.nc.edit.shape_words import is_shaped
 from trueloop.nc.expand.block import feed_word, g_code, g_digits, refusal
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import INVERSE_TIME, Motion, ToolPath
@@ -91,7 +91,7 @@ def _made_by(path: ToolPath, loop: Loop) -> NDArray[np.intp]:
 
 def _is_shaped(program: Program, path: ToolPath, loop: Loop) -> bool:
     """Returns whether corners, angles or poles shape moves of it: each run of the loop would write them otherwise."""
-    return any(is_shaped(program, path, k) or asks_corner(program, path, k) for k in _made_by(path, loop).tolist())
+    return any(is_shaped(program, path, k) or k in path.corners for k in _made_by(path, loop).tolist())
 
 
 def _written(program: Program, path: ToolPath, loop: Loop) -> Edit:

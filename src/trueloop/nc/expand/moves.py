@@ -8,7 +8,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.nc.edit.edit import Edit, coordinate_text, line_ending, number, number_said, word_with
-from trueloop.nc.edit.shape_words import CORNER, ENDS, EVERY_CORNER, is_made, shaping_words
+from trueloop.nc.edit.shape_words import ENDS, EVERY_CORNER, is_made, shaping_words
 from trueloop.nc.expand.block import (
     OUT,
     circle_words,
@@ -67,7 +67,7 @@ class Explicit:
             self._own(k, block, changed, new)
         more = [self._corner(k) for k in moves[len(own) :]]
         if not own:  # a corner with a block to itself
-            changed |= {word.index: OUT for word in block.data if word.letter in CORNER}
+            changed |= {word.index: OUT for word in block.data if word.index in self.path.corner_words}
             new, more = more, []
         self._last = moves[-1]
         self._keep(block, rewritten(self.program, block, changed, new, more))

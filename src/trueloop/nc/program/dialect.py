@@ -22,11 +22,11 @@ class Dialect:
 
     `file_ending` of programs that no other control uses. `klartext`: moves are `L X+1 Y+2`, without G words.
     `plane_of_points`: X and Y are positions of a plane, X no diameter. `line_angle`: A is the angle of a line.
+    `plain_corners`: R, I and K of a straight move round or break its corner.
     `splines`: G5 to G5.3 cut splines. `blends_corners`: corners are rounded without a bound until G61, or G64 with P.
-    `rounds_every_corner`: a word rounds every corner from there on (RNDM). `radius_within_quadrant`: as delivered, an
-    arc with R may not leave its quadrant [6811 §A.1.1]. `contours_by_number`: G70 to G73 run the contour between two
-    block numbers. `offset_in_t`: T0312 calls tool 3 with offset 12. `edge_by_d`: D2 calls the second edge of its tool,
-    of an Okuma `TG=6 OG=2`.
+    `radius_within_quadrant`: as delivered, an arc with R may not leave its quadrant [6811 §A.1.1].
+    `contours_by_number`: G70 to G73 run the contour between two block numbers. `offset_in_t`: T0312 calls tool 3 with
+    offset 12. `edge_by_d`: D2 calls the second edge of its tool, of an Okuma `TG=6 OG=2`.
 
     `contour_shift` is what moves a contour by an offset: a shift of its frame, or the update of the tool's offset
     (UPD); empty where neither is known. `one_shift`: G52 and G92 set one and the same shift; elsewhere G92 stays below
@@ -48,9 +48,9 @@ class Dialect:
     klartext: bool = False
     plane_of_points: bool = False
     line_angle: bool = False
+    plain_corners: bool = False
     splines: bool = False
     blends_corners: bool = False
-    rounds_every_corner: bool = False
     radius_within_quadrant: bool = False
     contours_by_number: bool = False
     offset_in_t: bool = False
@@ -88,7 +88,7 @@ class Dialect:
 
 
 _LATHE: Final[Mapping[str, Any]] = {
-    "line_angle": True, "contours_by_number": True, "offset_in_t": True, "contour_shift": "G52",
+    "line_angle": True, "plain_corners": True, "contours_by_number": True, "offset_in_t": True, "contour_shift": "G52",
 }  # fmt: skip
 _MILL: Final[Mapping[str, Any]] = {"plane_of_points": True, "contour_shift": "G52"}
 _WRITTEN: Final[Mapping[str, Mapping[str, Any]]] = {
@@ -105,7 +105,7 @@ _WRITTEN: Final[Mapping[str, Mapping[str, Any]]] = {
     "haas-lathe": {**_LATHE, "wear_words": "haas"},
     "haas-mill": _MILL,
     "siemens": {
-        "rounds_every_corner": True, "edge_by_d": True, "contour_shift": "ATRANS", "wear_words": "siemens",
+        "edge_by_d": True, "contour_shift": "ATRANS", "wear_words": "siemens",
         "offset_x": "radius",
     },
     "heidenhain": {"klartext": True},

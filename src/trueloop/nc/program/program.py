@@ -170,11 +170,6 @@ class Program:
             for tool, axis, value, start, end, _ in rows
         )
 
-    @cached_property
-    def rounds_every_corner(self) -> bool:
-        """Returns whether RNDM may be in force somewhere: it rounds each corner from there on."""
-        return self.dialect.rounds_every_corner and b"RNDM" in self.source.upper()
-
     def parameters_used(self) -> tuple[str, ...]:
         """Parameters that its expressions read (`P46`, `#1`, `#<depth>`), in order of first use."""
         return tuple(name for name, _ in self.core.parameters_used())
@@ -195,6 +190,7 @@ class Program:
         trace: bool = False,
         roughing: bool = True,
         placed: bool = True,
+        roughed_contours: bool = False,
     ) -> ToolPath:
         """Runs the program and returns the tool path.
 
@@ -207,7 +203,8 @@ class Program:
         `offset_number` knows their names. trace: note the blocks executed and the state after each. roughing: take
         roughing cycles (G71 to G73) apart; without it their passes, which only follow the contour, are
         not in the path. placed: turned, mirrored and scaled coordinates are those of the work frame, otherwise those
-        of the words. block_limit: the most blocks or moves, never more than 3,000,000 beyond those of the program.
+        of the words. roughed_contours: run a contour that is roughed alone, too.
+        block_limit: the most blocks or moves, never more than 3,000,000 beyond those of the program.
         strict: raise the first of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT,
         NC-UNIT (a length before the unit is stated, or one stated against the one given), NC-DUPLICATE (two codes of
         one group), NC-FEED (one below zero) and, with tools, NC-TOOL (one that is
@@ -219,7 +216,7 @@ class Program:
         try:
             moves, states, rows, unit = self.core.run(
                 list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane,
-                tool_rows(tools), trace, list((work_offsets_mm or {}).items()), roughing, placed,
+                tool_rows(tools), trace, list((work_offsets_mm or {}).items()), roughing, placed, roughed_contours,
             )  # fmt: skip
         except ValueError as refused:
             raise no_parameter(str(refused), self.dialect.name) from None

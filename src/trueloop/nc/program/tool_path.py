@@ -77,6 +77,9 @@ class ToolPath:
     `milled_before` (m,): the move, the first of its own, before which a milling cycle of the control's cuts within
     `milled_mm` (m, 6), the lowest and the highest X, Y, Z; its passes are not moves of the path.
 
+    `corner_move` (m,): the moves that are corners between two others; `corner_word` (m,): the words that ask for them,
+    −1 where a word of an earlier block rounds every corner.
+
     `unit_stated`: the block, from 0, that states the unit before any length, and whether it is the inch.
 
     Of a traced run also the m blocks executed, in order: `executed` (m, 3), block, number of moves and state after it.
@@ -103,9 +106,21 @@ class ToolPath:
     findings: tuple[Finding, ...] = ()
     milled_before: Integers = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     milled_mm: Array = field(default_factory=lambda: np.empty((0, 6)))
+    corner_move: Integers = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    corner_word: Integers = field(default_factory=lambda: np.empty(0, dtype=np.int32))
 
     def __len__(self) -> int:
         return len(self.motion)
+
+    @cached_property
+    def corners(self) -> dict[int, int]:
+        """Returns the word that asks for each move that is a corner."""
+        return dict(zip(self.corner_move.tolist(), self.corner_word.tolist(), strict=True))
+
+    @cached_property
+    def corner_words(self) -> frozenset[int]:
+        """Returns the words that ask for corners."""
+        return frozenset(self.corners.values()) - {-1}
 
     @cached_property
     def line(self) -> Integers:
