@@ -67,9 +67,10 @@ pub struct Finding {
     pub at: usize,
 }
 
-/// Adds a finding unless there are too many or it is there already.
+/// Adds a finding unless there are too many or it is there already; a warning at its place hides no error.
 pub(crate) fn add(findings: &mut Vec<Finding>, finding: Finding) {
-    let known = |other: &Finding| other.at == finding.at && other.code == finding.code;
+    let hides = |other: Severity| finding.severity != Severity::Error || other == Severity::Error;
+    let known = |other: &Finding| other.at == finding.at && other.code == finding.code && hides(other.severity);
     let room = match finding.severity {
         Severity::Note => MOST,
         Severity::Warning => 2 * MOST,

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.unit.nc.test_turning_cycles import START, rows, run
-from trueloop.errors import Code
+from trueloop.errors import Code, TrueloopError
 from trueloop.nc.program.program import read_program
 
 CONTOUR = "N10 G00 X20.\nG01 Z-10.\nN20 X60."
@@ -166,3 +166,10 @@ def test_pecks_without_a_step_across_stay_where_they_began(step: str, dialect: s
 def test_the_second_reference_point_is_the_machine_s() -> None:
     (found,) = run("G30 U0 W0").findings
     assert (found.code, found.severity) == (Code.NC_OPAQUE, "note")
+
+
+def test_a_contour_with_a_cycle_in_it_is_refused() -> None:
+    """N10 of the tool's change comes before that of the contour: G70 would run G71, too."""
+    with pytest.raises(TrueloopError, match="the contour of this cycle has a cycle with a contour in it") as refused:
+        run(f"N10 T0101\nG71 U2. R1.\nG71 P10 Q20\n{CONTOUR}\nG70 P10 Q20")
+    assert refused.value.code is Code.NC_FLOW
