@@ -397,3 +397,13 @@ def test_an_edge_that_is_broken_and_not_drawn_goes_with_what_is_beside_it(tmp_pa
     (at,) = np.flatnonzero((np.abs(moves[:, 1] + 1.0) < 0.05) & (moves[:, 0] < 13.0))
     assert moves[at].tolist() == pytest.approx([12.0 - 0.0065, -1.0], abs=0.003)
     assert moves[at - 1].tolist() == pytest.approx([11.0, 0.0], abs=0.01)
+
+
+def test_what_the_contour_takes_out_beyond_an_offset_counts_what_an_angle_shows(tmp_path: Path) -> None:
+    """One seat is read and the cone's angle: the offset is right for the seat, and the contour corrects the cone."""
+    rows = "feature,quantity,z_mm,value_mm,value_deg\nseat-36,diameter,-60,36.020,\ncone,angle,,,11.40\n"
+    done = corrected(tmp_path, f"# measured_at: 2026-11-20 09:40+01:00\n{rows}")
+    assert not done.decision.by_offset and done.by_tool is not None
+    assert done.by_tool.beyond_on == "cone" and "cone" in done.by_tool.beyond_words
+    (cone,) = [one for one in done.by_tool.features if one.feature == "cone"]
+    assert cone.touched and "not measured" not in cone.words

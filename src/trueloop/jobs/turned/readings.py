@@ -33,6 +33,7 @@ from trueloop.turned.readings.repeats import check_repeats
 from trueloop.turned.readings.vectors import assumed_words, require_places, warm_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,8 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         asked += measured.characteristics
         notes += [f"{file.name}: {remark.text}." for remark in measured.remarks]
         notes += _of_other_name(file.name, measured, job)
-        notes += [f"{file.name}: {unmatched} values are of no feature of the part."] if unmatched else []
+        if unmatched:
+            notes.append(wording("{file}: {n} values are of no feature of the part.", file=file.name, n=unmatched))
         notes += [f"{file.name}: {one.message} ({one.hint})." for one in other_nominals(profile, found)]
     if files and not matched and not touches:
         raise Code.MSR_NONE.refusal(

@@ -147,7 +147,9 @@ def answer_by_tool(
     control's wear table: all is counted from there.
     """
     entered = np.array(wear_mm)
-    offset_mm, touched = np.array(decision.whole_offset_mm) - entered, set(model.vectors.feature_index.tolist())
+    offset_mm, vectors = np.array(decision.whole_offset_mm) - entered, model.vectors
+    of_readings = {index for one in vectors.seen for index in one.feature_index.tolist()}
+    touched = {*vectors.feature_index.tolist(), *of_readings}
     features, own, left, places = [], [], [], []
     for index, (feature, curve, piece) in enumerate(zip(profile.features, model.curves, commanded, strict=True)):
         s = cut_mm(piece)

@@ -11,11 +11,10 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code
 from trueloop.geometry.profile import FACES_Z, Profile
 from trueloop.turned.readings.matches import MatchedReading
-from trueloop.turned.readings.observed import RepeatedReading, corrected, datum_of, repeated, seen_by
+from trueloop.turned.readings.observed import CORRECTED, RepeatedReading, corrected, datum_of, repeated, seen_by
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.turned.touches.plausibility import SAME_POINT_MM
 from trueloop.turned.touches.touches import Gauging
-from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, all_of, wording
 
 
@@ -163,18 +162,23 @@ def _vectors(profile: Profile, rows: Sequence[_Row], taken: Sequence[str]) -> Er
 def _notes(
     profile: Profile, readings: Sequence[MatchedReading], used: Sequence[RepeatedReading], datum: int | None
 ) -> Iterator[str]:
-    kept = len(readings) - len(corrected(readings))
+    kept = [one for one in readings if one.reading.quantity not in CORRECTED]
     if kept:
-        kinds = sorted({str(one.reading.quantity) for one in set(readings) - set(corrected(readings))})
-        yield f"{kept} readings ({', '.join(kinds)}) are kept: no error of the profile follows from them."
-    if datum is not None:
-        yield (
-            f"Lengths say nothing of where z is counted from: {profile.names[datum]} is the datum, its error is zero "
-            "by definition."
+        kinds = sorted({str(one.reading.quantity) for one in kept})
+        yield wording(
+            "{n} readings ({kinds}) are kept: no error of the profile follows from them.",
+            n=len(kept),
+            kinds=", ".join(kinds),
         )
-    if any(one.count > 1 for one in used):
-        spread = max(one.count for one in used)
-        yield f"Up to {spread} readings of one place: their spread is the gauge's repeatability, part of each ±U."
+    if datum is not None:
+        yield wording(
+            "Lengths say nothing of where z is counted from: {face} is the datum, its error is zero by definition.",
+            face=profile.names[datum],
+        )
+    if (most := max((one.count for one in used), default=1)) > 1:
+        yield wording(
+            "Up to {n} readings of one place: their spread is the gauge's repeatability, part of each ±U.", n=most
+        )
 
 
 def nominal_words(vectors: ErrorVectors) -> tuple[str, ...]:
@@ -203,8 +207,12 @@ def assumed_words(readings: Sequence[MatchedReading], assumed_u_mm: float) -> tu
     if not count:
         return ()
     return (
-        f"{count} readings state no uncertainty: a standard uncertainty of {assumed_u_mm * UM_PER_MM:g} µm is "
-        "assumed, `gauging.readings_u_um` sets it.",
+        wording(
+            "{n} readings state no uncertainty: a standard uncertainty of {u} is assumed, `gauging.readings_u_um` sets "
+            "it.",
+            n=count,
+            u=Um(assumed_u_mm, "g"),
+        ),
     )
 
 
