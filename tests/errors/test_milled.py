@@ -39,10 +39,11 @@ def _from_two_offsets(text: str) -> str:
 FACED = "G0 X-90. Y95.\nG1 Z-15.02 F200.\nX90.\nG0 Z50.\n"
 CORNER = "G0 X-90. Y-90.\nG1 Z-5. F200.\nG41 D21 X-80.\nG3 X-70. Y-80. I0. J10.\nG40 G1 X-90.\nG0 Z50.\n"
 BORE = MilledFeature("B", "bore", (0.0, 0.0, 0.0), 1, "G54", 12.0, depth_mm=10.0)
-OTHER = {"kind": KIND, "part_type": "cover", "entries": []}
+OTHER = {"kind": KIND, "part_type": "cover", "before": {}, "entries": []}
 SHIFTED = {
     "kind": KIND,
     "part_type": "plate",
+    "before": {},
     "entries": [{"register": "x", "of": "G54", "change": 0.03, "unit": "mm"}],
 }
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from os.path import relpath
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, index_of_name
@@ -24,6 +24,8 @@ from trueloop.milled.observed import Frame, observed_of, seen
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 RECORD: Final = "entries.json"
+Changes: TypeAlias = dict[str, Entered]
+"""The changes of each record that is in force, by the record's digest."""
 LARGEST_CHANGE: Final = 10.0
 """The largest change, mm or rad, that a record may hold."""
 KIND: Final = "trueloop entries of a milled part"
@@ -31,10 +33,13 @@ KIND: Final = "trueloop entries of a milled part"
 
 @dataclass(frozen=True, eq=False)
 class MilledJob:
-    """A job as values: `files` are all inputs, `unused` the readings that show nothing of a feature, by name."""
+    """A job as values: `files` are all inputs, `unused` the readings that show nothing of a feature, by name;
+    `changes` those in force on the last part.
+    """
 
     name: str
     parts: tuple[Part, ...]
+    changes: Changes
     possible: tuple[Entry, ...]
     cut: CutFeatures
     unused: tuple[str, ...]
@@ -60,11 +65,14 @@ def read_milled(path: Path) -> MilledJob:
         _require_facts(job)
         cut = cut_features(path, job)
     frame = Frame(job.frame.x, job.frame.y, job.frame.z, job.frame.turn)
-    parts, unused, files = list[Part](), dict[str, None](), [path]
+    parts, unused, files, changes = list[Part](), dict[str, None](), [path], Changes()
     files += [] if job.program is None else [path.parent / job.program.file]
     for table in job.measured:
         records = [path.parent / one for one in table.entered or ()]
-        in_force = _in_force(records, job.name)
+        changes = _changes(records, job.name)
+        in_force = dict[Entry, float]()
+        for entry, change in (pair for one in changes.values() for pair in one.items()):
+            in_force[entry] = in_force.get(entry, 0.0) + change
         # Raises MIL-RECORD for an entry that moves nothing here, where its tool cuts features by other means, or where
         # no feature is cut from its work offset: it would count as never entered.
         features = tuple(cut.features.values())
@@ -90,6 +98,7 @@ def read_milled(path: Path) -> MilledJob:
     return MilledJob(
         name=job.name,
         parts=tuple(parts),
+        changes=changes,
         possible=_possible(job, cut),
         cut=cut,
         unused=tuple(unused),
@@ -139,25 +148,20 @@ def entries_for_next_part(job: MilledJob) -> Proposal:
 
 
 def record_of(job: MilledJob, proposal: Proposal) -> bytes:
-    """Returns the record of the numbers, as a later job names it under `measured.entered`."""
-    entries = [
-        {
-            "register": one.entry.register,
-            "of": one.entry.of,
-            "change": one.change,
-            "total": one.total,
-            "standard_u": one.standard_u,
-            "unit": "rad" if one.entry.register == "turn" else "mm",
-        }
-        for one in proposal.proposed
-    ]
+    """Returns the record of the numbers, with those in force before it, as a later job names it under
+    `measured.entered`.
+    """
     about = {
         "kind": KIND,
         "part_type": job.name,
         "made_at": datetime.now(UTC).isoformat(timespec="seconds"),
         "made_by": user_name(),
         "inputs": {relpath(file, job.path.parent): sha256_of(file.read_bytes()) for file in job.files},
-        "entries": entries,
+        "before": {digest: [_stated(*pair) for pair in one.items()] for digest, one in job.changes.items()},
+        "entries": [
+            {**_stated(one.entry, one.change), "total": one.total, "standard_u": one.standard_u}
+            for one in proposal.proposed
+        ],
     }
     return (json.dumps(about, ensure_ascii=False, indent=2) + "\n").encode()
 
@@ -169,7 +173,7 @@ def _require_facts(job: MilledJobFile) -> None:
             raise Code.MIL_ENTERED.refusal(
                 f"measurement {k} of {len(job.measured)}, {table.file.name!r}: it is not stated which numbers had been "
                 "entered when its parts were cut",
-                hint=f'add to its [[measured]] `entered = ["out/{RECORD}"]`, all records until then, or `entered = []`',
+                hint=f'add to its [[measured]] `entered = ["out/{RECORD}"]`, the latest record, or `entered = []`',
                 values={"measurement": k, "file": table.file.name},
             )
 
@@ -253,32 +257,41 @@ def _renamed(reading: Reading, listed: Mapping[str, str], features: tuple[str, .
     return replace(reading, feature=own(reading.feature), other=own(reading.other))
 
 
-def _in_force(records: Sequence[Path], part_type: str) -> Entered:
-    """Returns the sum of the changes that records list. Raises MIL-RECORD for any other file."""
-    total = dict[Entry, float]()
-    known = set[str]()
+def _changes(records: Sequence[Path], part_type: str) -> Changes:
+    """Returns the changes of records and of all that were in force before them. Raises MIL-RECORD for any other
+    file.
+    """
+    changes, named = Changes(), set[str]()
     for path in records:
         content = read_input(path, Code.MIL_RECORD, hint=f"name the {RECORD} that an earlier job has written")
-        about, entries = _entries_of(path, content, part_type)
-        same = json.dumps({name: value for name, value in about.items() if not name.startswith("made_")})
-        if same in known:
-            raise _bad_record(path, "is named twice, or was written twice: its numbers would count twice")
-        known.add(same)
-        for entry, change in entries:
-            total[entry] = total.get(entry, 0.0) + change
-    return total
+        digest, own = _changes_of(path, content, part_type)
+        if digest in named:
+            raise _bad_record(path, "is named twice, or was written twice")
+        named.add(digest)
+        changes |= own
+    return changes
 
 
-def _entries_of(path: Path, content: bytes, part_type: str) -> tuple[dict[str, Any], list[tuple[Entry, float]]]:
+def _changes_of(path: Path, content: bytes, part_type: str) -> tuple[str, Changes]:
+    """Returns the digest of a record, and the changes of that record and of those before it."""
     try:
         about: Any = json.loads(content)
         if about["kind"] != KIND:
             raise _bad_record(path, f"is of another kind, {about['kind']!r}")
         if about["part_type"] != part_type:
             raise _bad_record(path, f"is of the part {about['part_type']!r}, the job of {part_type!r}")
-        return about, [_entry_of(path, one) for one in about["entries"]]
+        made = json.dumps({name: value for name, value in about.items() if not name.startswith("made_")})
+        digest = sha256_of(made.encode())
+        listed = {**about["before"], digest: about["entries"]}
+        return digest, {key: dict(_entry_of(path, one) for one in every) for key, every in listed.items()}
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
         raise _bad_record(path, f"is not a record of entries: {type(error).__name__}") from error
+
+
+def _stated(entry: Entry, change: float) -> dict[str, object]:
+    """Returns a change as a record states it; `_entry_of` reads it."""
+    unit = "rad" if entry.register == "turn" else "mm"
+    return {"register": entry.register, "of": entry.of, "change": change, "unit": unit}
 
 
 def _entry_of(path: Path, stated: Any) -> tuple[Entry, float]:
@@ -292,6 +305,6 @@ def _entry_of(path: Path, stated: Any) -> tuple[Entry, float]:
 def _bad_record(path: Path, why: str) -> Exception:
     return Code.MIL_RECORD.refusal(
         f"{path.name!r} {why}",
-        hint=f"name every {RECORD} whose numbers were entered, each once",
+        hint=f"name the latest {RECORD} whose numbers were entered: it holds those before it",
         place=Place(str(path)),
     )

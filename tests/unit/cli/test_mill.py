@@ -17,6 +17,7 @@ from trueloop.formats.inspections.dmis.results import dmis_results
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.inspections.qif.writer import qif_of
+from trueloop.jobs.milled import read_milled
 
 TYPED = re.compile(r"^(tool (\d), (radius|diameter|length)|G54, (X|Y|Z|rotation)).*: add ([+-][\d.]+)( mm| in|°)", re.M)
 
@@ -50,23 +51,22 @@ def test_three_parts_are_measured_and_the_control_is_set_between_them(tmp_path: 
         Mill({1: 0.012, 2: -0.02}, {1: 0.03, 2: 0.0}, (0.03, -0.02, 0.0), 2e-4, scatter=5e-4),
         np.random.default_rng(4),
     )
-    records, worst = list[str](), list[float]()
+    worst = list[float]()
     for k in (1, 2, 3):
         readings = [replace(one, actual=round(one.actual, 5)) for one in mill.measured(rng, 3e-4)]
         worst.append(max(abs(one.actual - (one.nominal or 0.0)) for one in readings))
         one = Inspection(Part(PartType("plate"), str(k)), "readings", "", len(readings), tuple(readings))
         content = dmis_results([one], "part").encode() if form == "dmo" else qif_of([one])
         (job.parent / f"part-{k}.{form}").write_bytes(content)
-        entered = "" if k == 1 else f"entered = {json.dumps(records)}\n"
+        entered = "" if k == 1 else f'entered = ["out{k - 1}/entries.json"]\n'
         text += f'\n[[measured]]\nfile = "part-{k}.{form}"\n{entered}'
         job.write_text(text)
         printed = run("mill", "entries", job, "-o", job.parent / f"out{k}")
         _typed(mill, printed, per_mm, diameters="2")
-        records.append(f"out{k}/entries.json")
     step_mm = 1e-3 if unit == "mm" else 25.4 / 10_000
     assert worst[0] > 0.03 and max(worst[1:]) < 3e-3 + step_mm
     found = json.loads(run("mill", "entries", job, "--json"))
-    record = json.loads((job.parent / records[0]).read_text())
+    record = json.loads((job.parent / "out1" / "entries.json").read_text())
     steps = [one["change"] / step_mm for one in record["entries"] if one["unit"] == "mm"]
     assert steps and all(step == pytest.approx(round(step), abs=1e-6) for step in steps)
     assert found["parts"] == ["1", "2", "3"] and found["unlike"] == [] and found["unused"] == []
@@ -92,7 +92,7 @@ def test_the_changes_of_several_records_add_up(tmp_path: Path) -> None:
     names = []
     for total in (-0.010, -0.020):
         entry = {"register": "radius", "of": "2", "change": -0.010, "total": total, "unit": "mm"}
-        record = {"kind": "trueloop entries of a milled part", "part_type": "plate", "entries": [entry]}
+        record = {"kind": "trueloop entries of a milled part", "part_type": "plate", "before": {}, "entries": [entry]}
         names.append(f"entered{total}.json")
         (job.parent / names[-1]).write_text(json.dumps(record))
     job.write_text(job.read_text().replace('dmo"', f'dmo"\nentered = {json.dumps(names)}'))
@@ -104,8 +104,36 @@ def test_the_changes_of_several_records_add_up(tmp_path: Path) -> None:
     )
 
 
+def test_the_latest_record_holds_what_was_in_force_before_it(tmp_path: Path) -> None:
+    """Numbers are entered after the first part, the second is good and nothing is proposed: that record alone states
+    the numbers of the first, with those of the first named beside it as well, and neither counts twice.
+    """
+    run("examples", "plate", "-o", tmp_path)
+    job = tmp_path / "plate" / "plate.toml"
+    run("mill", "entries", job)
+    first = json.loads((job.parent / "out" / "entries.json").read_text())["entries"]
+    assert {one["register"] for one in first} == {"radius", "length", "x", "y", "turn"}
+    text, measured = job.read_text(), []
+    good = read_measured_file(job.parent / "part-1.dmo", StatedFacts()).inspections[0]
+    for serial in ("2", "3"):
+        readings = tuple(replace(one, actual=one.nominal or 0.0) for one in good.readings)
+        part = Inspection(Part(PartType("plate"), serial), "readings", "", len(readings), readings)
+        (job.parent / f"part-{serial}.dmo").write_text(dmis_results([part], "part"))
+        measured.append(f'\n[[measured]]\nfile = "part-{serial}.dmo"\nentered = ')
+    job.write_text(text + measured[0] + '["out/entries.json"]\n')
+    run("mill", "entries", job, "-o", job.parent / "second")
+    assert json.loads((job.parent / "second" / "entries.json").read_text())["entries"] == []
+    for named in (["second/entries.json"], ["out/entries.json", "second/entries.json"]):
+        job.write_text(text + "".join(measured[:1]) + '["out/entries.json"]\n' + measured[1] + json.dumps(named) + "\n")
+        third = read_milled(job).parts[2].in_force
+        assert {one.register: value for one, value in third.items() if one.of != "1"} == pytest.approx(
+            {one["register"]: one["change"] for one in first if one["of"] != "1"}
+        )
+        assert json.loads(run("mill", "entries", job, "--json", "-o", tmp_path / "third"))["entries"] == []
+
+
 def _with_record(job: Path, **entry: object) -> str:
-    record = {"kind": "trueloop entries of a milled part", "part_type": "plate", "entries": [entry]}
+    record = {"kind": "trueloop entries of a milled part", "part_type": "plate", "before": {}, "entries": [entry]}
     (job.parent / "entries.json").write_text(json.dumps(record))
     text = job.read_text().replace('file = "part-1.dmo"', 'file = "part-1.dmo"\nentered = ["entries.json"]')
     job.with_name("with.toml").write_text(text)

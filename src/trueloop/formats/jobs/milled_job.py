@@ -101,8 +101,8 @@ class MeasuredTable(Table):
     mapping: Path | None = None
     """What a table's columns mean, see [measurements.md](measurements.md#tables-by-mapping)."""
     entered: tuple[Path, ...] | None = None
-    """The records (`entries.json`) whose numbers had been entered when these parts were cut, `[]` for none. Required of
-    all but the first.
+    """The record (`entries.json`) whose numbers were entered last before these parts were cut, with which those before
+    it are in force; `[]`: none are. Required of all but the first. Several add up.
     """
 
 
