@@ -33,6 +33,7 @@ class Mill:
     scatter: float = 0.0
     clamped: float = 0.0  # how far a part lies off from clamping to clamping
     uneven: float = 0.0  # how far each feature is off on every part
+    fine_floor: bool = False  # the floor is cut with the fine tool
     seed: int = 0
     entered: dict[str, float] = field(default_factory=dict)  # "radius 1", "length 2", "x", "y", "z", "turn"
 
@@ -65,10 +66,11 @@ class Mill:
             path = across / 2.0 + (10.0 + said("radius 1", 0.0))
             made[name] = (*place(u, v), 2.0 * (path - 10.0 - self.radius[1]) + own() + always())
         for name, height in PLANES.items():
+            tool = FINE_TOOL if name == "floor" and self.fine_floor else ROUGH_TOOL
             made[name] = (
                 height
-                - self.length[1]
-                + said("length 1", 0.0)
+                - self.length[tool]
+                + said(f"length {tool}", 0.0)
                 + self.zero[2]
                 + said("z", 0.0)
                 + own()

@@ -18,7 +18,8 @@ from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.jobs.milled_job import MeasuredTable, MilledJobFile, read_milled_job
 from trueloop.jobs.milled_features import CutFeatures, cut_features
 from trueloop.jobs.user import user_name
-from trueloop.milled.entries import PLAINEST, Entered, Entry, Part, Proposal, Register, propose
+from trueloop.milled.entries import Proposal, propose
+from trueloop.milled.entry import PLAINEST, Entered, Entry, Part, Register
 from trueloop.milled.feature import MilledFeature
 from trueloop.milled.observed import Frame, observed_of, seen
 from trueloop.units import MM_PER_INCH, UM_PER_MM

@@ -11,93 +11,28 @@ one number explains is put into one number, and what nothing determines stays as
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal, TypeAlias
+from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Judgement
-from trueloop.errors import Code
-from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.sizes import FAR, fitted_sizes
-from trueloop.estimate.state import Key, State, Updated
-from trueloop.milled.observed import (
-    LASTING,
-    ObservedSize,
-    milled_catalogue,
-    places_of,
-    shift_basis,
-    turn_basis,
-    wall_share,
-)
+from trueloop.estimate.state import Key, State
+from trueloop.milled.contradicted import PARTS_FOR_SIZES, require_as_stated
+from trueloop.milled.entry import PLAINEST, Entered, Entry, Part
+from trueloop.milled.observed import LASTING, ObservedSize, milled_catalogue, places_of
 from trueloop.statistics import rms
 from trueloop.tolerances.conformance import judge
-from trueloop.units import UM_PER_MM
 
-Register: TypeAlias = Literal["radius", "length", "x", "y", "z", "turn"]
-
-PLAINEST: Final[tuple[Register, ...]] = ("radius", "length", "x", "y", "z", "turn")
-CONTRADICTED: Final = 6.0
-"""A part further off than so many standard uncertainties was not cut as stated."""
-SEEN: Final = 0.1
-"""Readings that an entry of 1 moves by less than this, RMS, do not show it."""
 KNOWN: Final = 2.0
 """An entry is made where it is known to more than so many of its standard uncertainties."""
 ALIKE: Final = 1.05
 """Entries that leave less than so many times the least are as good: the plainest of them is taken."""
-PARTS_FOR_SIZES: Final = 3
-"""From so many parts on the sizes of the terms are fitted: before, one chip would make all features look uneven."""
 STEP_RAD: Final = math.radians(0.001)
 """A control takes angles in steps of 0.001°."""
 DEPENDENT: Final = 1e-6
 """Share of an entry's effect that others do not have already, below which it is not determined beside them."""
-
-
-@dataclass(frozen=True, order=True)
-class Entry:
-    """A number at the control: which register, and of which tool (its number) or work offset."""
-
-    register: Register
-    of: str
-
-    @property
-    def words(self) -> str:
-        """Returns words such as `tool 2, radius` or `G54, X`."""
-        if self.register in ("radius", "length"):
-            return f"tool {self.of}, {self.register}"
-        return f"{self.of}, {'rotation about Z' if self.register == 'turn' else self.register.upper()}"
-
-    def basis(self, places: Places) -> Array:
-        """Returns the error that an entry of +1 (mm, or rad of a turn) leaves at places, (N,)."""
-        if self.register in ("radius", "length"):
-            mine = np.asarray(places.columns["tool"]) == self.of
-            moved = wall_share(places) if self.register == "radius" else places.number("normal_z")
-            effect = moved * places.number(f"{self.register}_at_control")
-        else:
-            mine = np.asarray(places.columns["work_offset"]) == self.of
-            turn = self.register == "turn"
-            effect = turn_basis(places)[:, 0] if turn else shift_basis(places)[:, "xyz".index(self.register)]
-        return np.where(mine, effect, 0.0)
-
-
-Entered: TypeAlias = Mapping[Entry, float]
-"""Totals since the first measured part, mm or rad."""
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """One measured part in the order of cutting: what was seen with which deviations, and the entries in force."""
-
-    serial: str
-    shown: tuple[ObservedSize, ...]
-    observed: Observed
-    in_force: Entered
-
-    def as_first_set(self) -> Observed:
-        """Returns the values without what the entries in force did to them."""
-        effect = sum((value * one.basis(self.observed.places) for one, value in self.in_force.items()), np.zeros(1))
-        known = self.observed.of(np.broadcast_to(effect, len(self.observed.places)))
-        return replace(self.observed, value_mm=self.observed.value_mm - known)
 
 
 @dataclass(frozen=True)
@@ -149,14 +84,12 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     `possible` are those that the control can be given.
     """
     catalogue = milled_catalogue()
+    require_as_stated(parts, possible)
     values = [part.as_first_set() for part in parts]
     sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
-    state = State.before(catalogue, sizes)
-    scales = dict[Key, float]()
-    for part, one in zip(parts, values, strict=True):
+    state, scales = State.before(catalogue, sizes), dict[Key, float]()
+    for one in values:
         updated = state.given(one)
-        if part is not parts[0]:
-            _require_consistent(part, updated, possible)
         scales = {key: scale for key, scale in scales.items() if key[0] in LASTING} | dict(updated.scales)
         state = updated.state.without_parts()
     last = parts[-1]
@@ -187,32 +120,6 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         for k, one in enumerate(shown.values())
     )
     return Proposal(tuple(proposed), expected, tuple(unlike))
-
-
-def _require_consistent(part: Part, updated: Updated, possible: Sequence[Entry]) -> None:
-    """Raises MIL-CONTRADICTED where a part lies off what the parts before and its stated entries predict, as an entry
-    would move it: what was in force was something else.
-    """
-    odd = {key[-1] for key, scale in updated.scales.items() if scale >= FAR}
-    alike = np.array([all(feature.name not in odd for feature in one.features) for one in part.shown])
-    rows = alike if 2 * np.count_nonzero(alike) > len(alike) else np.ones(len(alike), dtype=np.bool_)
-    off, covariance = updated.innovation.mean_mm[rows], updated.innovation.covariance_mm2[np.ix_(rows, rows)]
-    for entry in possible:
-        effect = part.observed.of(entry.basis(part.observed.places))[rows]
-        size = float(effect @ effect)
-        if size < SEEN**2 * np.count_nonzero(rows):
-            continue
-        moved = float(effect @ off) / size
-        u = math.sqrt(float(effect @ covariance @ effect)) / size
-        if abs(moved) > CONTRADICTED * u:
-            scale, unit = (1e6, "µrad") if entry.register == "turn" else (UM_PER_MM, "µm")
-            raise Code.MIL_CONTRADICTED.refusal(
-                f"part {part.serial!r} is off by {moved * scale:+.0f} {unit} in {entry.words} from what earlier parts "
-                f"and the numbers stated as entered predict, with a standard uncertainty of {u * scale:.1f} {unit}",
-                hint="correct `measured.entered` of that part; where a tool or a work offset was set anew in between, "
-                "leave out the parts measured before",
-                values={"part": part.serial, "entry": entry.words, "off": moved * scale, "u": u * scale},
-            )
 
 
 def _weights(shown: Sequence[ObservedSize]) -> Array:

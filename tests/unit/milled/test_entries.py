@@ -9,7 +9,9 @@ from tests.support.mill_shop import BORES, BOSSES, PLANES, Mill
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
-from trueloop.milled.entries import Entry, Part, Proposal, Register, propose
+from trueloop.errors import Code, TrueloopError
+from trueloop.milled.entries import Proposal, propose
+from trueloop.milled.entry import Entry, Part, Register
 from trueloop.milled.feature import MilledFeature
 from trueloop.milled.observed import Frame, ObservedSize, milled_catalogue, observed_of, places_of, seen
 
@@ -26,8 +28,14 @@ OFFSET: tuple[Register, ...] = ("x", "y", "z", "turn")
 POSSIBLE = (Entry("radius", "1"), Entry("radius", "2"), Entry("length", "1"), *(Entry(one, "G54") for one in OFFSET))
 
 
-def as_part(readings: list[Reading], number: int, entered: dict[Entry, float], frame: Frame | None = None) -> Part:
-    shown = tuple(one for one in (seen(FEATURES, frame or Frame(), reading) for reading in readings) if one)
+def as_part(
+    readings: list[Reading],
+    number: int,
+    entered: dict[Entry, float],
+    frame: Frame | None = None,
+    features: dict[str, MilledFeature] = FEATURES,
+) -> Part:
+    shown = tuple(one for one in (seen(features, frame or Frame(), reading) for reading in readings) if one)
     assert len(shown) == len(readings)
     return Part(str(number), shown, observed_of(shown, readings, ("plate", number), NOISE_MM), dict(entered))
 
@@ -94,6 +102,58 @@ def test_all_errors_at_once_are_taken_out_and_what_was_entered_is_not_taken_for_
     later = [abs(one.change) for proposal in (second, third) for one in proposal.proposed]
     assert max(later, default=0.0) <= 2e-3
     assert np.sqrt(np.mean(deviations_um(mill) ** 2)) < 1.0
+
+
+SHIFTS, RADII = ("x", "y"), ("radius 1", "radius 2")
+
+
+@pytest.mark.parametrize("parts", [1, 2, 4])
+@pytest.mark.parametrize(
+    ("registers", "times", "entry", "words"),
+    [
+        (SHIFTS, -1.0, Entry("x", "G54"), "as if G54, X and G54, Y had the other sign"),
+        (RADII, 2.0, Entry("radius", "2"), "radius was entered twice"),
+        (("turn",), 0.0, Entry("turn", "G54"), "as if G54, rotation about Z had not been entered"),
+        (("length 2",), -1.0, Entry("length", "2"), "as if tool 2, length had the other sign"),
+    ],
+)
+def test_a_slip_at_any_part_is_refused_and_named(
+    parts: int, registers: tuple[str, ...], times: float, entry: Entry, words: str
+) -> None:
+    """After good parts one is cut with other numbers than stated: no scatter between parts explains that.
+
+    The pocket's floor is the only face that tool 2 leaves: its length is known by one reading.
+    """
+    mill = Mill({1: 0.012, 2: -0.02}, {1: 0.0, 2: 0.0}, (0.03, -0.02, 0.0), 3e-4, scatter=1e-3, clamped=1e-3)
+    mill.fine_floor, mill.length[2] = True, 0.025
+    rng, stated, made = np.random.default_rng(3), dict[Entry, float](), list[Part]()
+    features = {name: replace(one, tool=2) if name == "floor" else one for name, one in FEATURES.items()}
+    possible = (*POSSIBLE, Entry("length", "2"))
+
+    def cut() -> None:
+        part = as_part(mill.measured(rng, NOISE_MM), len(made), stated, features=features)
+        made.append(part)
+
+    for _ in range(parts):
+        cut()
+        for one in propose("plate", made, possible).proposed:
+            stated[one.entry] = one.total
+            mill.entered[at_control(one.entry)] = one.total
+    assert {at_control(one) for one in stated} >= {*SHIFTS, *RADII, "turn", "length 2"}
+    right = dict(mill.entered)
+    mill.entered |= {register: times * right[register] for register in registers}
+    cut()
+    with pytest.raises(TrueloopError) as refused:
+        propose("plate", made, possible)
+    assert refused.value.code is Code.MIL_CONTRADICTED
+    assert words in str(refused.value)
+    off, u = (float(str(refused.value.values[name])) for name in ("off", "u"))
+    slipped = (1e6 if entry.register == "turn" else 1e3) * (times - 1.0) * right[at_control(entry)]
+    assert refused.value.values["entry"] == entry.words and abs(off - slipped) < 4.0 * u
+    mill.entered = right
+    made.pop()
+    cut()
+    propose("plate", made, possible)  # the part that was cut as stated is taken
 
 
 def test_a_machine_that_only_scatters_is_left_alone() -> None:
