@@ -50,9 +50,7 @@ def compare(
 
 JobFile = Annotated[Path, argument("The surface's job; docs/surface.md explains it.", metavar="JOB.toml")]
 
-KeepOutliers = Annotated[
-    bool, option("Parts of the store count although they are outlying beyond doubt.", "--keep-outliers")
-]
+KeepOutliers = Annotated[bool, option("Parts count although they are outlying beyond doubt.", "--keep-outliers")]
 
 
 def read(job: Path) -> "ReadSurface":

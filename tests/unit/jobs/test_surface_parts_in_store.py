@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.support.surface_parts import NOMINAL, U, V, job, part
-from tests.support.surfaces import wavy_surface
+from tests.support.surfaces import random_surface, wavy_surface
 from trueloop.domain.inspection import Inspection
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.surface.job import ReadSurface, pattern_of_parts
 from trueloop.jobs.surface.kept_parts import AddedPart, Together, add_parts, keep_parts, measured_of, with_kept_parts
-from trueloop.loops.surface.over_parts import NoticedPart, as_findings, notice_in_order
+from trueloop.loops.surface.over_parts import BEYOND_DOUBT, NoticedPart, as_findings, notice_in_order
 from trueloop.loops.surface.surface import SurfaceModel, model_of
 from trueloop.memory.noticing.alarm import What
 from trueloop.storage.store import Store, find, open_store
@@ -149,6 +149,22 @@ def test_an_outlying_part_is_named_and_does_not_count(store: Store) -> None:
     assert pattern_of_parts(kept, apart).pattern.parts == 8
     noticed = list(notice_in_order(apart, ["S07"]))
     assert noticed == [NoticedPart("S07", ())]  # the next good part is not compared with the outlying one
+
+
+def test_an_outlying_part_of_the_job_itself_does_not_count() -> None:
+    """Without a store as with one, from the fifth part on; of fewer it is named. Either names the key of the job."""
+    own = [random_surface(np.random.default_rng(k), 7, 6.0).value_mm(U, V) for k in range(5)]
+    own[3] = own[3] + 900 * np.sin(6 * U) * np.sin(6 * V)
+    parts = [part(k, more_um=more_um) for k, more_um in enumerate(own)]
+    for used, left in ((parts, ("S03",)), (parts[:4], ())):
+        found = model(job(used, options=SurfaceOptions(target_mm=0.1)))
+        assert found.pattern.names == tuple(one.name for one in used if one.name not in left)
+        finding = next(one for one in found.findings if one.code is Code.SRF_OUTLIER and "part 'S03'" in one.message)
+        assert "model.exclude = ['S03']" in finding.hint and ("is left out" in finding.message) == bool(left)
+    given = job(parts[:4]).inputs
+    apart = model_of(given.surface, given.parts, given.options)
+    (noticed,) = notice_in_order(apart, ["S03"])
+    assert noticed.alarms[0].probability < BEYOND_DOUBT and not noticed.left_out
 
 
 def test_a_part_in_doubt_is_named_and_counts(store: Store) -> None:

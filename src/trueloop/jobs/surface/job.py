@@ -22,9 +22,8 @@ from trueloop.jobs.surface.points import inspection_of, point_files, read_measur
 from trueloop.jobs.turned.cut_with import GIVEN
 from trueloop.jobs.user import user_name
 from trueloop.loops.surface.compare import Comparison, group_of, require_comparable
-from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts
-from trueloop.loops.surface.over_parts import without_outliers
-from trueloop.loops.surface.surface import HERE, Part, SurfaceCorrection, SurfaceModel, Work, maps_of, pattern_model
+from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts, pattern_of_inputs
+from trueloop.loops.surface.surface import HERE, Part, SurfaceCorrection, SurfaceModel, Work, maps_of
 from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import Program, read_program
 from trueloop.report.surface.page import maps_picture, surface_page
@@ -156,10 +155,8 @@ def pattern_of_parts(read: ReadSurface, parts: Sequence[Part]) -> SurfaceModel:
     >>> print(f"pattern up to {1e3 * found.figures.largest_mm:.1f} µm, ± {1e3 * found.figures.uncertainty_mm:.1f} µm")
     pattern up to 15.0 µm, ± 1.9 µm
     """
-    inputs = read.inputs
     with in_file(read.job):
-        options = without_outliers(parts, inputs.options)[0] if inputs.leave_out else inputs.options
-        return pattern_model(inputs.surface, parts, options, trim=inputs.trim)
+        return pattern_of_inputs(read.inputs, parts)
 
 
 def compare_jobs(before: ReadSurface, after: ReadSurface, work: Work = HERE) -> Comparison:

@@ -90,7 +90,6 @@ def with_kept_parts(store: Store, read: ReadSurface) -> tuple[ReadSurface, tuple
         inspections=(*inspections, *inputs.inspections),
         sha256={**hashes, **inputs.sha256},
         earlier=len(parts),
-        leave_out=True,
     )
     return replace(read, inputs=together), tuple(notes)
 
@@ -234,13 +233,14 @@ def with_store(read: ReadSurface, db: Choice, beside: Beside = "used", *, keep_o
 
     `keep_outliers`: parts that are outlying beyond doubt count for the pattern too. Raises STO and SRF errors.
     """
+    read = replace(read, inputs=replace(read.inputs, leave_out=not keep_outliers))
     store = store_of(read.job.parent, db, read.store_db, beside)
     if store is None:
         return Together(read, None, ())
 
     with in_file(read.job):
         together, notes = with_kept_parts(store, read)
-    return Together(replace(together, inputs=replace(together.inputs, leave_out=not keep_outliers)), store, notes)
+    return Together(together, store, notes)
 
 
 def add_parts(together: Together, work: Work = HERE) -> AddedPart:

@@ -1,6 +1,6 @@
 """Measured parts to the correction of their surface and the record of it: refused where it must not be applied."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from typing import Any, Final
@@ -109,7 +109,7 @@ class SurfaceInputs:
     inspections: tuple[Inspection, ...] = ()
     program_sha256: str | None = None
     earlier: int = 0
-    leave_out: bool = False
+    leave_out: bool = True
     cut_with: CutWith = GIVEN
     in_force: tuple[SplineSurface, ...] = ()
 
@@ -138,11 +138,8 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
     ran = None if inputs.cut_with.corrected else inputs.program_sha256
     notes = refuse_misuse(inputs.program, ran, inputs.measured_at, now, limits)
     parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
-    odd: tuple[Finding, ...] = ()
-    if inputs.leave_out:
-        chosen, odd = without_outliers(parts, inputs.options)
-        inputs = replace(inputs, options=chosen)
-    model = pattern_model(inputs.surface, parts, inputs.options, trim=inputs.trim)
+    model = pattern_of_inputs(inputs, parts)
+    inputs = replace(inputs, options=model.options)
     check_support(model.figures, inputs.options.least_supported)
     check_surface_scatter(model, limits)
     options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}
@@ -166,7 +163,13 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
         inspections=inputs.inspections,
         cut_with=inputs.cut_with,
     )
-    return RecordedCorrection(correction, record, (*notes, *map(str, odd)))
+    return RecordedCorrection(correction, record, tuple(notes))
+
+
+def pattern_of_inputs(inputs: SurfaceInputs, parts: Sequence[Part]) -> SurfaceModel:
+    """Returns the pattern of the parts, less those that are outlying beyond doubt. Raises SRF-PARTS for too few."""
+    options, odd = without_outliers(parts, inputs.options) if inputs.leave_out else (inputs.options, ())
+    return pattern_model(inputs.surface, parts, options, trim=inputs.trim, left_out=odd)
 
 
 def _tool(inputs: SurfaceInputs) -> Tool | None:

@@ -106,7 +106,9 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceModel:
-    """All parts, their pattern, and how many parts the wanted uncertainty needs; `figures` are of what is `on_face`."""
+    """All parts, their pattern, and how many parts the wanted uncertainty needs; `figures` are of what is `on_face`,
+    `left_out` reports parts that are outlying beyond doubt.
+    """
 
     surface: Surface
     options: SurfaceOptions
@@ -115,12 +117,13 @@ class SurfaceModel:
     parts_needed: int
     figures: SurfaceFigures
     on_face: OnFace
+    left_out: tuple[Finding, ...] = ()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Returns the findings in the parts and between them."""
         own = [finding for part in self.parts for finding in part.findings]
-        return (*support_findings(self.figures), *own, *self.pattern.findings)
+        return (*support_findings(self.figures), *own, *self.left_out, *self.pattern.findings)
 
 
 def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:
@@ -222,11 +225,16 @@ def _part(
 
 
 def pattern_model(
-    surface: Surface, parts: Sequence[Part], options: SurfaceOptions, *, trim: Trim | None = None
+    surface: Surface,
+    parts: Sequence[Part],
+    options: SurfaceOptions,
+    *,
+    trim: Trim | None = None,
+    left_out: tuple[Finding, ...] = (),
 ) -> SurfaceModel:
     """Returns the machining pattern of the parts that are not excluded. Raises SRF-PARTS for too few.
 
-    trim: which places (u, v) of the surface are cut away, as in `deviations_of`.
+    trim: which places (u, v) of the surface are cut away, as in `deviations_of`. left_out: reports of excluded parts.
     """
     kept = [part for part in parts if part.deviations.name not in options.exclude]
     names = [part.deviations.name for part in kept]
@@ -240,6 +248,7 @@ def pattern_model(
         parts_needed=needed,
         figures=figures_of(surface, pattern, there),
         on_face=there,
+        left_out=left_out,
     )
 
 

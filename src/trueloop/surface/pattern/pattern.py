@@ -256,7 +256,7 @@ def _finding(odd: Outlier) -> Finding:
         f"part {odd.name!r} differs from the mean of the others by {odd.off_mm * UM_PER_MM:.2f} µm rms, "
         f"{odd.times:.1f} times as much as parts do (p {odd.p_value:.2g})",
         "look at its clamping, tool and measurement, and which program cut it: a part of a corrected one does not "
-        "belong here; leave it out of the pattern if there is a cause",
+        f"belong here; it counts: if there is a cause, model.exclude = [{odd.name!r}] in the job leaves it out",
         values={"p_value": odd.p_value},
     )
 
