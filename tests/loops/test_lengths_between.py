@@ -4,8 +4,10 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import trueloop
 from tests.support.cli import invoke, run
 from tests.support.two_sides import PLACES, job
 
@@ -71,6 +73,28 @@ def wear_z_mm(said: str, tool: str) -> float:
     found = re.search(tool + r" wear X .*?, Z ([−+][\d.]+)", said)
     assert found, said
     return float(found[1].replace("−", "-"))
+
+
+@pytest.mark.parametrize("off_mm", [0.040, -0.040])
+def test_shoulders_that_are_set_off_bend_no_seat_beside_them(tmp_path: Path, off_mm: float) -> None:
+    """68 mm between the shoulders of `examples/shaft`, 40 µm off: diameters of seats and journal stay within 2 µm."""
+    example = trueloop.example("shaft/job.toml").parent
+    for name in ("job.toml", "finish.nc"):
+        (tmp_path / name).write_text((example / name).read_text())
+    written = (example / "readings.csv").read_text().splitlines()
+    at = written.index("feature,z_mm,diameter_mm")
+
+    def curves(*lengths: str) -> dict[str, np.ndarray]:
+        rows = [*written[:at], f"{written[at]},from,length_mm", *(f"{row},," for row in written[at + 1 :]), *lengths]
+        (tmp_path / "readings.csv").write_text("\n".join(rows) + "\n")
+        model = trueloop.compensate(trueloop.read_job(tmp_path / "job.toml").inputs).model
+        return {one.feature: 1e3 * one.value_mm(np.linspace(0.0, one.length_mm, 25)) for one in model.curves}
+
+    without, found = curves(), curves(f"shoulder-1,,,shoulder-2,{68 + off_mm}")
+    for seat in ("seat-44", "seat-36", "seat-30", "journal-24"):
+        assert 2 * found[seat] == pytest.approx(2 * without[seat], abs=2.0)
+    moved = found["shoulder-1"].mean() - found["shoulder-2"].mean()
+    assert moved == pytest.approx(1e3 * off_mm, abs=2.0)
 
 
 def test_a_length_from_the_datum_moves_the_tool_of_its_other_face(tmp_path: Path) -> None:

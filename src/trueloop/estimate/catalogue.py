@@ -7,6 +7,9 @@ of the spindle), `z_mm` (from the middle of the part), `share` (along the group,
 0 of the cut before), `taken_off_mm` (what a correction was commanded to take off; 0 where an error is asked for that
 nothing had been taken off from).
 
+What a group of features is off by is a displacement (dX, dZ), of which an error is the part along the normal: between
+two places that is k(share, share') n·n', so a shoulder set off along z does not bend the seat that it runs into.
+
 The two cuts of one part share nose, setting, clamping, form; what the finish cut does otherwise is terms of its own, so
 that inspections of finished parts teach it. Medians are from turning in general (`source`). With the tables of NISTIR
 6811 in sight were chosen: short waves as terms of their own (`short`, `short_part`, `finish_short`), that one feature
@@ -184,10 +187,10 @@ def turned_catalogue(
         Term("taper", ("part_type",), _taper, _flat("taper")),
         Term("taper of the part", ("part",), _taper, _flat("taper_part")),
         Term("near the axis", ("part_type",), _near_axis, _flat("axis", len(NEAR_AXIS_MM))),
-        Term("form along", ("part_type", "group"), of_share, waves(along, "along", "along_length")),
-        Term("group", ("part_type", "group"), _constant, _flat("group"), tail=TAIL),
-        Term("group of the part", ("part", "group"), _constant, _flat("group_part"), tail=TAIL),
-        Term("tilt of the part", ("part", "group"), _tilt, _flat("tilt_part"), tail=TAIL),
+        Term("form along", ("part_type", "group"), _displaced(of_share), _twice(waves(along, "along", "along_length"))),
+        Term("group", ("part_type", "group"), _normal, _flat("group", 2), tail=TAIL),
+        Term("group of the part", ("part", "group"), _normal, _flat("group_part", 2), tail=TAIL),
+        Term("tilt of the part", ("part", "group"), _displaced(_tilt), _flat("tilt_part", 2), tail=TAIL),
         Term("gain", ("tool",), _taken_off, _flat("gain")),
         Term("finish level", ("edge",), _finish(_constant), _flat("finish_level")),
         Term("finish form", ("edge",), _finish(of_angle), waves(angles, "finish", "finish_length")),
@@ -201,7 +204,7 @@ def turned_catalogue(
         Term(
             "finish form of the part", ("part",), _finish(of_angle), waves(angles, "finish_form", "finish_form_length")
         ),
-        Term("finish group of the part", ("part", "group"), _finish(_constant), _flat("finish_group")),
+        Term("finish group of the part", ("part", "group"), _finish(_normal), _flat("finish_group", 2)),
     )
     if several_edges:
         terms = tuple(share for term in terms for share in (_halves(term) if term.name in SHARED else (term,)))
@@ -234,6 +237,21 @@ def _normal(places: Places) -> Array:
     """Returns a displacement (dX, dZ) along the outward normal (sin φ, cos φ), (n, 2)."""
     angle = places.number("contact_angle_rad")
     return np.column_stack([np.sin(angle), np.cos(angle)])
+
+
+def _displaced(basis: Callable[[Places], Array]) -> Callable[[Places], Array]:
+    """Returns the basis (n, 2m) of a displacement along the normal whose dX and dZ are each a sum of m functions."""
+
+    def along_normal(places: Places) -> Array:
+        along_x, along_z = _normal(places).T
+        values = basis(places)
+        return np.hstack([values * along_x[:, None], values * along_z[:, None]])
+
+    return along_normal
+
+
+def _twice(spread: Callable[[Sizes], Array]) -> Callable[[Sizes], Array]:
+    return lambda sizes: np.tile(spread(sizes), 2)
 
 
 def _taper(places: Places) -> Array:

@@ -38,6 +38,19 @@ def test_one_touch_by_hand() -> None:
     assert after.predict(places(CYLINDER)).covariance_mm2[0, 0] == pytest.approx((400 * 5 / 405 + 1) * 1e-6, rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    "term", ["form along", "group", "group of the part", "tilt of the part", "finish group of the part"]
+)
+def test_a_group_of_features_is_displaced_not_swollen(term: str) -> None:
+    """Errors n·d and n'·d of one displacement, equally large along x and z: correlated by the cosine of their angle."""
+    at = places([FACE, np.pi / 4, CYLINDER, -CYLINDER], share=0.3, finish=True)
+    covariance = State.before(CATALOGUE).predict(at, terms=(term,)).covariance_mm2
+    half = np.sqrt(0.5)
+    by_hand = [[1, half, 0, 0], [half, 1, half, -half], [0, half, 1, -1], [0, -half, -1, 1]]
+    assert covariance == pytest.approx(covariance[0, 0] * np.array(by_hand), abs=1e-9 * covariance[0, 0])
+    assert 1e3 * np.sqrt(covariance[0, 0]) > 0.5
+
+
 def test_a_random_walk_loses_what_it_knew_by_its_step_a_part() -> None:
     catalogue = offset_only(step=0.003)
     first = State.before(catalogue).given(touches(places(CYLINDER, part=1), [10.0]), robust=False).state
