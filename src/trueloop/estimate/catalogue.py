@@ -7,8 +7,9 @@ of the spindle), `z_mm` (from the middle of the part), `share` (along the group,
 0 of the cut before), `taken_off_mm` (what a correction was commanded to take off; 0 where an error is asked for that
 nothing had been taken off from).
 
-What a group of features is off by is a displacement (dX, dZ), of which an error is the part along the normal: between
-two places that is k(share, share') n·n', so a shoulder set off along z does not bend the seat that it runs into.
+A group of features is displaced by (dX, dZ), of which an error is the part along the normal. Two places of it covary by
+k(share, share') n·n': a shoulder that is set off along z does not bend the seat that it runs into. The finish cut alone
+has a level of each group, along all normals: its displacement is that of the whole cut.
 
 The two cuts of one part share nose, setting, clamping, form; what the finish cut does otherwise is terms of its own, so
 that inspections of finished parts teach it. Medians are from turning in general (`source`). With the tables of NISTIR
@@ -204,7 +205,7 @@ def turned_catalogue(
         Term(
             "finish form of the part", ("part",), _finish(of_angle), waves(angles, "finish_form", "finish_form_length")
         ),
-        Term("finish group of the part", ("part", "group"), _finish(_normal), _flat("finish_group", 2)),
+        Term("finish group of the part", ("part", "group"), _finish(_constant), _flat("finish_group")),
     )
     if several_edges:
         terms = tuple(share for term in terms for share in (_halves(term) if term.name in SHARED else (term,)))
