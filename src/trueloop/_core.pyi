@@ -34,7 +34,9 @@ def spline_basis(
 
 # nc-program: NC programs
 
-def nc_dialects() -> list[tuple[str, float, float, str, str, str, str, bool, list[list[float]]]]:
+def nc_dialects() -> list[
+    tuple[str, float, float, str, str, str, str, bool, list[list[float]], str, list[tuple[int, str]]]
+]:
     """Each dialect: name, resolution in inch and in mm, opening and closing of a comment, opening bracket of
     expressions, address of a radius, whether a tapered thread's lead counts along it, and by the numbers 0 to 9 of tip
     orientations where the tip of a nose of radius 1 lies from its centre, (x, z).

@@ -13,8 +13,13 @@ from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 
-CELLS: list[dict[str, Any]] = tomllib.loads((Path(__file__).parent / "controls/cells.toml").read_text())["cell"]
-TABLE = Path(__file__).parents[2] / "crates/nc-program/controls.tsv"
+CELLS: list[dict[str, Any]] = [
+    cell
+    for file in sorted((Path(__file__).parent / "controls").glob("*.toml"))
+    for cell in tomllib.loads(file.read_text())["cell"]
+]
+CRATE = Path(__file__).parents[2] / "crates/nc-program"
+TABLES = [CRATE / "controls.tsv", *sorted((CRATE / "controls").glob("*.tsv"))]
 NAMES = [f"{cell['id']} {cell['control']} {index}" for index, cell in enumerate(CELLS)]
 
 
@@ -62,6 +67,8 @@ def test_the_path_is_the_control_s(cell: dict[str, Any]) -> None:
         assert math.degrees(path.sweep_rad[-1]) == pytest.approx(cell["turned"], abs=1e-9)
     if "machine" in cell:
         assert (path.end_mm[-1] + path.origin_mm[-1]).tolist() == pytest.approx(cell["machine"], abs=1e-9)
+    if "tool" in cell:
+        assert int(path.states["tool"][path.state[-1]]) == cell["tool"]
     if "offset" in cell:
         assert int(path.states["work_offset"][path.state[-1]]) == cell["offset"]
 
@@ -74,8 +81,9 @@ def test_linuxcnc_s_own_interpreter_refuses_it(cell: dict[str, Any], tmp_path: P
         interpret(file, startup="G17 G21 G40")
 
 
-def test_every_row_of_the_table_names_its_evidence_and_has_a_program() -> None:
-    head, *rows = [line.split("\t") for line in TABLE.read_text().splitlines()]
+@pytest.mark.parametrize("table", TABLES, ids=lambda table: table.stem)
+def test_every_row_of_the_table_names_its_evidence_and_has_a_program(table: Path) -> None:
+    head, *rows = [line.split("\t") for line in table.read_text().splitlines()]
     assert head == ["controls", "item", "value", "meaning", "source", "evidence", "cells"]
     known = {name for cell in CELLS for name in cell["id"].split()}
     for row in rows:

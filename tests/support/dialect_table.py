@@ -23,7 +23,8 @@ def _for(*, ge2000t: str = "", linuxcnc: str = "", lathe: str = "", mill: str = 
     """Programs by dialect; `lathe` and `mill` serve all those of their kind that have none of their own."""
     shared = dict.fromkeys(LATHES, lathe) | dict.fromkeys(MILLS, mill)
     named = {name.replace("_", "-"): text for name, text in own.items()}
-    return dict.fromkeys(DIALECTS, "") | {"ge2000t": ge2000t, "linuxcnc": linuxcnc} | shared | named
+    texts = dict.fromkeys(DIALECTS, "") | {"ge2000t": ge2000t, "linuxcnc": linuxcnc} | shared | named
+    return {name: texts[DIALECTS[name].like or name] for name in texts}
 
 
 FEATURES: Mapping[str, Mapping[str, str]] = {
@@ -265,14 +266,16 @@ def table() -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
-CONTROLS = Path(__file__).parents[2] / "crates/nc-program/controls.tsv"
+CRATE = Path(__file__).parents[2] / "crates/nc-program"
+CONTROLS = (CRATE / "controls.tsv", *sorted((CRATE / "controls").glob("*.tsv")))
 PARAMETER = re.compile(r'Parameter \{ name: "([^"]+)", says: "([^"]+)" \}')
 EVIDENCE = {"manual": "manual", "secondary": "another text", "run": "interpreter run", "memory": "**not confirmed**"}
 
 
 def controls() -> str:
     """What controls make of the same words, in Markdown: what is not confirmed first."""
-    lines = [line.split("\t") for line in CONTROLS.read_text(encoding="utf-8").splitlines()[1:]]
+    texts = [table.read_text(encoding="utf-8").splitlines()[1:] for table in CONTROLS]
+    lines = [line.split("\t") for text in texts for line in text]
     rows = [("Control", "Word or rule", "What it does", "Parameter", "Evidence", "By"), ("---",) * 6]
     for names, item, value, meaning, source, evidence, _ in sorted(lines, key=lambda row: row[5] != "memory"):
         asked = ", ".join(f"`{name}` ({says})" for name, says in PARAMETER.findall(value))

@@ -9,6 +9,7 @@ from typing import Final
 
 from hypothesis import strategies as st
 
+from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import Unit
 
 TURNING: Final = ("ge2000t", "fanuc-lathe", "fanuc-lathe-b", "haas-lathe", "okuma-lathe")
@@ -98,8 +99,10 @@ def head(style: Style) -> str:
 
 @st.composite
 def programs(draw: st.DrawFn, dialect: str, target: str) -> str:
-    """A program: lines, arcs and shifts of the zero, after a first position along all axes."""
-    style = draw(styles(dialect, target))
+    """A program: lines, arcs and shifts of the zero, after a first position along all axes. A variant is spelled as the
+    control that it is like.
+    """
+    style = draw(styles(*(DIALECTS[name].like or name for name in (dialect, target))))
     at = {axis: draw(lengths) for axis in style.axes}
     lines = [head(style), _straight(draw, style, at, dict.fromkeys(at, 0.0), first=True)]
     for _ in range(draw(st.integers(1, 8))):

@@ -1,7 +1,7 @@
 //! What controls make of the same words: rules, codes and names of each, from `codes.tsv` and from `controls.tsv`, which
 //! names the evidence.
 
-use crate::dialect::{Name, Names, PoleFrom, G, M};
+use crate::dialect::{self, Dialect, Name, Names, PoleFrom, G, M};
 use crate::drilling::drill::Drill;
 use crate::drilling::hole_places::Pattern;
 use crate::drilling::milled::Pocket;
@@ -44,6 +44,8 @@ pub struct FeedSteps {
 pub enum MachineIncrements {
     /// It goes there all the same.
     Positions,
+    /// It goes by the increments, from where it is.
+    Increments,
     /// The control stops, or does not obey the code.
     Refused,
 }
@@ -89,6 +91,10 @@ pub struct Rules {
     pub unit_once: bool,
     /// An absolute arc centre needs both its words.
     pub centre_whole: bool,
+    /// A local shift (G52) holds in the work offset in which it is written; each has its own.
+    pub shift_of_each_offset: bool,
+    /// T of six digits names tool and offset by three digits each.
+    pub six_digit_tools: bool,
     /// The letter of an arc's radius.
     pub radius_letter: u8,
     /// Compensation begins on a straight move.
@@ -144,6 +150,8 @@ impl Rules {
         home_ends_length: false,
         unit_once: false,
         centre_whole: false,
+        shift_of_each_offset: false,
+        six_digit_tools: false,
         radius_letter: b'R',
         straight_entry: false,
         straight_exit: false,

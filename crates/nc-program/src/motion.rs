@@ -173,6 +173,8 @@ impl Runner<'_> {
     /// End of the move that the block asks for, and the words that set it.
     pub(crate) fn target(&mut self, request: &Request, in_machine: bool) -> ([f64; 3], [i32; 3]) {
         let (mut end, mut words) = (self.state.position, [INHERITED; 3]);
+        let by_increments = self.program.dialect().rules.machine_increments == MachineIncrements::Increments;
+        let in_machine = in_machine && !(by_increments && self.state.modal.incremental);
         let mut places = [None; 3];
         for axis in 0..3 {
             let letter = self.dialect_increments().map_or(0, |letters| letters[axis]);

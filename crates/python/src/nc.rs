@@ -30,7 +30,7 @@ type WordTuple = (
 );
 
 /// A dialect: name, resolution in inch and in mm, comment, opening bracket, address of a radius, whether a lead counts
-/// along the thread, directions of the tip.
+/// along the thread, directions of the tip, the control of which it is a variant, marks of its programs with their points.
 type DialectTuple = (
     &'static str,
     f64,
@@ -41,6 +41,8 @@ type DialectTuple = (
     String,
     bool,
     Vec<[f64; 2]>,
+    &'static str,
+    Vec<(u32, &'static str)>,
 );
 
 /// Number, radius, tip, length, what T adds of geometry and wear (x, y, z), edge; mm.
@@ -360,9 +362,11 @@ fn nc_dialects() -> Vec<DialectTuple> {
             (0..=9)
                 .map(|number| nc_program::tip_direction(number, d))
                 .collect(),
+            d.like,
+            d.marks.to_vec(),
         )
     };
-    nc_program::dialect::DIALECTS.into_iter().map(row).collect()
+    nc_program::dialect::dialects().map(row).collect()
 }
 
 /// Adds what this file binds to the module.

@@ -17,6 +17,8 @@ from trueloop.nc.program.guess import guess_dialect, scores
         ("O1000\nG21 G90 G54 G00 X1. Y1.\nG54.1 P2\nG05.1 Q1\nM30\n", "a.nc", "fanuc-mill"),
         ("O1000\nG21 G90 G54 G00 X1. Y1.\nG154 P2\nG187 P2\nM30\n", "a.nc", "haas-mill"),
         ("G21 G8 G18 G90\nT1 M6\nG1 X20 Z-5 F.1\n", "a.nc", "linuxcnc"),
+        ("O1000 (MAZAK QT-200)\nG21\nT001001\nG50 S2000\nG0 X30. Z5.\nG1 Z-20. F0.1\nM30\n", "a.eia", "mazak-lathe"),
+        ("O1000 (MELDAS)\nG21 G90 G54 G00 X1. Y1.\nG43 H1 Z5.\nG30.1 Z0.\nM30\n", "a.nc", "mitsubishi-mill"),
         ("G90 G00 X40 Z5\nNLAP1 G81\nG80\nTG=1 OG=1\nM02\n", None, "okuma-lathe"),
     ],
 )

@@ -24,6 +24,8 @@ def test_the_dialects() -> None:
         "siemens",
         "heidenhain",
         "okuma-lathe",
+        "mazak-lathe",
+        "mitsubishi-mill",
     }
 
 

@@ -4,7 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use nc_map::{writes_comma, written_decimals, Affine, Field, Limits, Mapper, Place, Surveyed, Trouble, Vector};
-use nc_program::dialect::DIALECTS;
+use nc_program::dialect::dialects;
 use nc_program::{jumps, rotary_letters, run, Options, Program};
 
 /// Blocks of one run: enough for every construct, few enough for many runs a second.
@@ -54,7 +54,7 @@ fn fits(program: &Program) -> bool {
 
 fuzz_target!(|source: &[u8]| {
     let cut = source.iter().map(|byte| usize::from(*byte)).sum::<usize>() % (source.len() + 1);
-    for dialect in DIALECTS {
+    for dialect in dialects() {
         let program = Program::read(source.to_vec(), dialect).expect("a fuzzer's inputs are small");
         if let Some(out) = mapped(&program, &mut NOWHERE.clone(), 0) {
             assert!(out == source || !fits(&program), "nothing is displaced");

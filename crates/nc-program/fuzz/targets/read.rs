@@ -2,11 +2,11 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use nc_program::dialect::DIALECTS;
+use nc_program::dialect::dialects;
 use nc_program::{jumps, lint, offset_statements, parameters_used, Program};
 
 fuzz_target!(|source: &[u8]| {
-    for dialect in DIALECTS {
+    for dialect in dialects() {
         let program = Program::read(source.to_vec(), dialect).expect("a fuzzer's inputs are small");
         assert_eq!(program.source(), source);
         let mut end = 0;

@@ -2,14 +2,14 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use nc_program::dialect::DIALECTS;
+use nc_program::dialect::dialects;
 use nc_program::{run, Options, Program};
 
 /// Blocks of one run: enough for every construct, few enough for many runs a second.
 const BLOCKS: usize = 2_000;
 
 fuzz_target!(|source: &[u8]| {
-    for dialect in DIALECTS {
+    for dialect in dialects() {
         let program = Program::read(source.to_vec(), dialect).expect("a fuzzer's inputs are small");
         let optional_blocks = source.len() % 2 == 1;
         let options = Options { optional_blocks, block_limit: BLOCKS, roughing: true, ..Options::default() };

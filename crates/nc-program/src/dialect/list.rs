@@ -10,6 +10,8 @@ use crate::modes::modal::{FeedMode, Modal, Plane};
 /// The properties of a dialect that states no others.
 const PLAIN: Dialect = Dialect {
     name: "",
+    like: "",
+    marks: &[],
     names: Names::NONE,
     formulas: false,
     classes: common_classes(&[]),

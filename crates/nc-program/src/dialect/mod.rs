@@ -18,8 +18,8 @@ pub use list::{
     FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL, GE2000T, HAAS_LATHE, HAAS_MILL, HEIDENHAIN, LINUXCNC, OKUMA_LATHE, SIEMENS,
 };
 
-/// Every dialect there is.
-pub const DIALECTS: [&Dialect; 10] = [
+/// Controls with a constant of their own.
+const BUILT_IN: [&Dialect; 10] = [
     &GE2000T,
     &LINUXCNC,
     &FANUC_LATHE,
@@ -31,6 +31,11 @@ pub const DIALECTS: [&Dialect; 10] = [
     &HEIDENHAIN,
     &OKUMA_LATHE,
 ];
+
+/// Returns every dialect there is.
+pub fn dialects() -> impl Iterator<Item = &'static Dialect> {
+    BUILT_IN.into_iter().chain(&crate::controls::IN_FILES)
+}
 
 /// How names of parameters are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,8 +109,12 @@ pub enum Functions {
 /// A dialect's rules.
 #[derive(Debug)]
 pub struct Dialect {
-    /// The name by which users ask for it.
+    /// The name by which users choose it.
     pub name: &'static str,
+    /// The control of which it is a variant in a file of its own; empty of others.
+    pub like: &'static str,
+    /// Patterns of lines in its programs alone, of a variant, with their points for whoever recognises programs.
+    pub marks: &'static [(u32, &'static str)],
     /// Words of more than a letter.
     pub(crate) names: Names,
     /// A value is a chain of operands and operators, without brackets about it: `X=R1+10`.
@@ -157,7 +166,7 @@ pub struct Dialect {
 impl Dialect {
     /// The dialect of that name.
     pub fn named(name: &str) -> Option<&'static Self> {
-        DIALECTS.into_iter().find(|dialect| dialect.name == name)
+        dialects().find(|dialect| dialect.name == name)
     }
 
     /// How the radius of an arc is written, up to its value: `R`, `CR=`.

@@ -28,6 +28,8 @@ pub(crate) struct Frame {
     pub register: [f64; 3],
     /// The part of it that shifts the work offset (G52, TRANS); the rest gives the tool's place a name (G92).
     pub shift: [f64; 3],
+    /// Those of the other work offsets, where each has its own.
+    pub shifts: BTreeMap<usize, [f64; 3]>,
     /// What additive shifts (ATRANS) have put on the offset of the last one (TRANS).
     pub fine: [f64; 3],
     /// By how much shifts have renamed the place of each axis since it last moved, mm.
@@ -68,6 +70,7 @@ impl Frame {
             active: 1,
             register: [0.0; 3],
             shift: [0.0; 3],
+            shifts: BTreeMap::new(),
             fine: [0.0; 3],
             skipped: [0.0; 3],
             moved_in: [None; 3],
@@ -363,7 +366,16 @@ impl Runner<'_> {
         if number != self.state.frame.active {
             self.state.frame.rename([true; 3]);
         }
-        self.reframe(|frame| frame.active = number);
+        let each = self.program.dialect().rules.shift_of_each_offset;
+        self.reframe(|frame| {
+            let left = std::mem::replace(&mut frame.active, number);
+            if each {
+                frame.shifts.insert(left, frame.shift);
+                let own = frame.shifts.get(&number).copied().unwrap_or_default();
+                frame.register = [0, 1, 2].map(|axis| frame.register[axis] + own[axis] - frame.shift[axis]);
+                frame.shift = own;
+            }
+        });
     }
 }
 

@@ -18,7 +18,7 @@ impl Runner<'_> {
         let (before, word) = (self.tool_called(), request.word(b'T'));
         if let Some(tool) = request.get(b'T') {
             let by_name = self.word_text(word).contains('"');
-            self.state.modal.tool = if by_name { BY_NAME } else { tool.round() as i32 };
+            self.state.modal.tool = if by_name { BY_NAME } else { self.tool_number(tool.round() as i32, word) };
         }
         if request.changes_tool {
             self.state.modal.spindle_tool = self.state.modal.tool;
@@ -39,6 +39,19 @@ impl Runner<'_> {
             ToolOffset::Call if word >= 0 => self.call_tool(request, word),
             _ => {}
         }
+    }
+
+    /// T as of four digits: of six, where the control has such, the first three are the tool, the others its offset.
+    fn tool_number(&mut self, tool: i32, word: i32) -> i32 {
+        let digits = self.word_text(word).bytes().filter(u8::is_ascii_digit).count();
+        if digits != 6 || !self.program.dialect().rules.six_digit_tools {
+            return tool;
+        }
+        let (tool, offset) = (tool / 1000, tool % 1000);
+        if offset > 99 {
+            self.note_opaque(word, "the offset of the tool is taken as zero");
+        }
+        tool * 100 + if offset > 99 { 0 } else { offset }
     }
 
     /// The T word of the tool in the spindle, as far as it is known.

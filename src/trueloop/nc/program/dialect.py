@@ -17,8 +17,9 @@ class Dialect:
     `resolution_inch` and `resolution_mm` are the smallest programmable steps of an inch and of a metric program.
     `radius_address` is what stands before the radius of an arc: `R`, `CR=`. `lead_along_thread`: the lead of a tapered
     thread counts along it, else along the axis on which it is longer. `tips`: by the number of a tip's orientation, 0
-    to 9, where the tip of a nose of radius 1 lies from its centre, (x, z). `decimal_comma`: the program at hand writes
-    `X+2,5`.
+    to 9, where the tip of a nose of radius 1 lies from its centre, (x, z). `like` is the control of which this one is a
+    variant, and `marks` are points and pattern of lines that only its programs have. `decimal_comma`: the program at
+    hand writes `X+2,5`.
 
     `file_ending` of programs that no other control uses. `klartext`: moves are `L X+1 Y+2`, without G words.
     `plane_of_points`: X and Y are positions of a plane, X no diameter. `line_angle`: A is the angle of a line.
@@ -43,6 +44,8 @@ class Dialect:
     radius_address: str
     lead_along_thread: bool
     tips: Sequence[Sequence[float]] = field(compare=False)
+    like: str = ""
+    marks: Sequence[tuple[int, str]] = field(compare=False, default=())
     decimal_comma: bool = False
     file_ending: str | None = None
     klartext: bool = False
@@ -111,7 +114,15 @@ _WRITTEN: Final[Mapping[str, Mapping[str, Any]]] = {
     "heidenhain": {"klartext": True},
     "okuma-lathe": {"offset_in_t": True, "edge_by_d": True},
 }  # fmt: skip
-DIALECTS: Mapping[str, Dialect] = MappingProxyType({r[0]: Dialect(*r, **_WRITTEN[r[0]]) for r in nc_dialects()})
+
+
+def _dialect(row: tuple[Any, ...]) -> Dialect:
+    """Returns a dialect; a variant is written as the control that it is like, but for words that set its offsets."""
+    dialect = Dialect(*row)
+    return replace(dialect, **_WRITTEN.get(dialect.name) or {**_WRITTEN[dialect.like], "wear_words": ""})
+
+
+DIALECTS: Mapping[str, Dialect] = MappingProxyType({row[0]: _dialect(row) for row in nc_dialects()})
 """Every dialect by its name."""
 
 

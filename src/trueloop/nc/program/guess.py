@@ -52,18 +52,20 @@ class Score:
 
 
 def scores(source: bytes, file: str | None = None) -> Mapping[str, Score]:
-    """Scores every dialect for a program: marks in its first 128 KiB, and the ending of its file's name."""
+    """Scores the dialects for a program: marks in its first 128 KiB, and the ending of its file's name."""
     text = source[:LOOKED_AT].decode("latin-1")
     found = [(count, of, name) for pattern, count, of, name in MARKS if re.search(pattern, text, re.M | re.I)]
     ending = Path(file or "").suffix.lower()
     if ending in ENDINGS:
         found.append((OF_ENDING, (ENDINGS[ending],), f"the ending {ending}"))
-    return {name: _score(source, name, found) for name in DIALECTS}
-
-
-def _score(source: bytes, dialect: str, dialects: list[tuple[int, tuple[str, ...], str]]) -> Score:
-    own = [(count, name) for count, of, name in dialects if dialect in of]
-    return Score(sum(count for count, _ in own), tuple(name for _, name in own), _strange_words(source, dialect))
+    result = {}
+    for name, dialect in DIALECTS.items():
+        own = [(count, f"a mark of {name}") for count, mark in dialect.marks if re.search(mark, text, re.M | re.I)]
+        if own or not dialect.like:  # a variant without a mark of its own is not told from the control that it is like
+            marks = [*own, *((count, mark) for count, of, mark in found if name in of or dialect.like in of)]
+            points, reasons = sum(count for count, _ in marks), tuple(mark for _, mark in marks)
+            result[name] = Score(points, reasons, _strange_words(source, name))
+    return result
 
 
 def guess_dialect(source: bytes, file: str | None = None, option: str = "--dialect {}") -> str:
