@@ -321,6 +321,16 @@ def test_a_series_keeps_its_signs(shop: Shop) -> None:
     assert (round(view.lower_um or 0, 6), round(view.upper_um or 0, 6)) == (-30.0, 30.0)
 
 
+def test_the_next_part_is_expected_by_the_parts_so_far_and_not_as_the_last_one_was(shop: Shop) -> None:
+    """After one part at +50 µm most of that is its level: at most 50 · 20² / (20² + 2.5²) = 49.2 µm by the prior of
+    turning, and less, since its scatter may be more than 2.5 µm.
+    """
+    keep(shop.store, [inspection("1", {"journal": 50.0}, hours=0)])
+    (row,) = series_rows(shop.store, "SHAFT")
+    assert row.expected_um is not None and 40.0 < row.expected_um < 49.2
+    assert series_view(shop.store, "SHAFT", "journal").points[0].expected_um == 0.0
+
+
 def test_a_series_says_which_edge_cut_where_it_was_set_and_why_the_weight_moved(shop: Shop) -> None:
     """From the second part on more is known; a part after a new setting begins anew, and its weight rises."""
     made = [inspection(str(k), {"journal": error}, hours=k) for k, error in enumerate((9, 14, 12, 11, 13, 12, 30, 29))]

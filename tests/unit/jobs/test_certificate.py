@@ -256,7 +256,8 @@ def test_what_is_said_to_have_been_in_force_is_what_was(tmp_path: Path) -> None:
     assert found["2"]["program"].identity == hashlib.sha256(corrected).hexdigest()
     assert (
         found["3"]["tool offset"].words
-        == "tool 3: X −25.0 µm (radius), Z +0.0 µm (X ± 5.6 µm, Z not determined by what was measured)"
+        == "tool 3: X −25.0 µm on the radius, −50.0 µm on the diameter, Z +0.0 µm (X ± 5.6 µm, Z not determined by "
+        "what was measured)"
     )
     assert found["3"]["program"].identity == hashlib.sha256((tmp_path / "f.nc").read_bytes()).hexdigest()
 

@@ -6,7 +6,7 @@ import type { Shape } from "../api/client";
 import { Curves } from "../show/Curves";
 import { useLengths } from "../show/lengths";
 import { Picture } from "../show/Picture";
-import { Act, Age, Deviation, Head, Legend, Length, Refused, Rows, Section, Shown, State, To, useWhyNot } from "../show/parts";
+import { Act, Age, Head, Length, Refused, Rows, Section, Shown, SizeDeviation, State, To, useWhyNot } from "../show/parts";
 import { useText } from "../text/text";
 
 type Proposal = Shape<"ProposalView">;
@@ -73,7 +73,6 @@ function One({ id }: { id: string }) {
                 <Picture path={`proposals/${encodeURIComponent(one.id)}/picture`} said={text("proposal.picture")} />
                 <figcaption className="soft">{text("proposal.key")}</figcaption>
               </figure>
-              <Legend />
               <Effects one={one} />
             </Section>
             {one.state === "open" ? (
@@ -109,8 +108,8 @@ function Effects({ one }: { one: Proposal }) {
         cells: [
           effect.characteristic,
           <span className="number">{signed("um", effect.size_change_um)}</span>,
-          <Deviation um={effect.error_before_um} />,
-          <Deviation um={effect.error_after_um} />,
+          <SizeDeviation um={effect.error_before_um} />,
+          <SizeDeviation um={effect.error_after_um} />,
           <Length of="um" value={effect.standard_u_um} />,
         ],
       }))}

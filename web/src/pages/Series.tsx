@@ -1,6 +1,6 @@
 import { useShown } from "../api/asking";
 import { piece, type Shape } from "../api/client";
-import { Deviation, Head, Rows, Section, Shown, To } from "../show/parts";
+import { Head, Rows, Section, Shown, SizeDeviation, To } from "../show/parts";
 import { useText } from "../text/text";
 
 const HEADS = ["characteristic", "part_type", "parts", "serial", "deviation", "next", "flags"] as const;
@@ -30,8 +30,8 @@ export default function Series() {
                   `${one.part_type} ${one.revision}`,
                   one.parts,
                   one.last_serial,
-                  <Deviation um={one.last_deviation_um} />,
-                  <Deviation um={one.expected_um} />,
+                  <SizeDeviation um={one.last_deviation_um} />,
+                  <SizeDeviation um={one.expected_um} />,
                   one.alarm && `${text("series.alarm")}: ${one.alarm}`,
                 ],
               }))}

@@ -7,7 +7,7 @@ import { Chart } from "../show/chart/Chart";
 import type { Plot } from "../show/chart/plot";
 import { number } from "../show/format";
 import { useLengths, useReader, type Lengths } from "../show/lengths";
-import { Age, Deviation, Head, Rows, Section, Shown, To } from "../show/parts";
+import { Age, Head, Rows, Section, Shown, SizeDeviation, To } from "../show/parts";
 import { useText } from "../text/text";
 
 type View = Shape<"SeriesView">;
@@ -150,7 +150,7 @@ function Facts({ view }: { view: View }) {
       <dd>{view.ppk === null ? text("series.ppk.none") : text("series.ppk", { ppk: number(view.ppk, 2), lower: number(view.ppk_lower, 2) })}</dd>
       <dt>{text("head.next")}</dt>
       <dd>
-        <Deviation um={view.row.expected_um} />
+        <SizeDeviation um={view.row.expected_um} />
       </dd>
     </dl>
   );
@@ -171,8 +171,8 @@ function Listed({ points }: { points: Point[] }) {
         cells: [
           one.serial,
           <Age at={one.at} />,
-          <Deviation um={one.deviation_um} />,
-          <Deviation um={one.without_correction_um} />,
+          <SizeDeviation um={one.deviation_um} />,
+          <SizeDeviation um={one.without_correction_um} />,
           one.expected_um === null ? "" : <span className="number">{`${signed("um", one.expected_um)} ± ${plain("um", one.band_um)}`}</span>,
           one.edge === null ? one.tool : <To href={`/tools/${one.edge}`}>{one.tool}</To>,
           flags(one),

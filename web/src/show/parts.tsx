@@ -59,11 +59,16 @@ export function Outcome({ said }: { said: string }) {
   return /^(differs|[A-Z]{3}-[A-Z]+):/.test(said) ? <span className="why">{said}</span> : <>{said}</>;
 }
 
-/** A deviation, given in µm: red where material is left on, blue where too much was taken. */
+/** An error along the outward normal, given in µm: red where material is left on, blue where too much was taken. */
 export function Deviation({ um, digits = 1 }: { um: number | null | undefined; digits?: number }) {
   const shown = useLengths().signed("um", um, digits);
   const look = shown.startsWith("+") ? "left-on" : shown.startsWith("−") ? "taken" : "";
   return <span className={`number ${look}`}>{shown}</span>;
+}
+
+/** Actual less nominal size, given in µm. It has no colour: more than the nominal size is left on a shaft, taken in a bore. */
+export function SizeDeviation({ um }: { um: number | null | undefined }) {
+  return <span className="number">{useLengths().signed("um", um)}</span>;
 }
 
 /** A length without a sign, of a column whose head names the unit. */

@@ -3,7 +3,7 @@ import type { charts as english } from "./en.charts";
 /** Worte von Serien, Werkzeugen, Maschinen und Diagnose. */
 export const charts: Record<keyof typeof english, string> = {
   "head.expected": "Erwartet {um}",
-  "head.next": "Nächstes Teil {um}",
+  "head.next": "Nächstes Teil, Korrektur unverändert {um}",
   "head.without": "Ohne Korrektur {um}",
   "head.flags": "Vermerke",
   "head.tool": "Werkzeug",

@@ -73,6 +73,7 @@ export const correct: Record<keyof typeof english, string> = {
   "correct.all": "Alle Dateien, für einen Tag",
   "correct.kept": "Das Teil ist aufbewahrt: Seine nächste Korrektur kennt diese.",
   "correct.kept.not": "Das Teil hat keine Seriennummer und ist nicht aufbewahrt: Die nächste Korrektur wird diese nicht kennen. record.json behalten.",
-  "correct.before": "Gemessen {um}",
+  "correct.before": "Gemessen je Seite {um}",
+  "correct.after": "Erwartet je Seite {um}",
   "head.expanded": "± {um} (95 %)",
 };

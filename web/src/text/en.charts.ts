@@ -1,7 +1,7 @@
 /** Words of series, tools, machines and diagnosis. */
 export const charts = {
   "head.expected": "Expected {um}",
-  "head.next": "Next part {um}",
+  "head.next": "Next part, correction unchanged {um}",
   "head.without": "Without correction {um}",
   "head.flags": "Flags",
   "head.tool": "Tool",

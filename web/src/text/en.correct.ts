@@ -72,6 +72,7 @@ export const correct = {
   "correct.all": "All files, for a day",
   "correct.kept": "The part is kept: its next correction knows this one.",
   "correct.kept.not": "The part has no serial number and is not kept: the next correction will not know this one. Keep record.json.",
-  "correct.before": "Measured {um}",
+  "correct.before": "Measured per side {um}",
+  "correct.after": "Expected per side {um}",
   "head.expanded": "± {um} (95 %)",
 } as const;

@@ -23,7 +23,7 @@ Edges = Mapping[str, tuple[int, Edge]]
 
 
 def series_rows(store: Store, part_type: str | None = None) -> tuple[SeriesRow, ...]:
-    """Returns the series of a part type, or of all; what is expected is of the next part."""
+    """Returns the series of a part type, or of all."""
     types = part_types(store) if part_type is None else (part_type,)
     books = [read_book(store, name, SeriesOptions()) for name in types]
     return tuple(_row(one) for book in books for one in book.tracked)
@@ -97,7 +97,7 @@ def _row(series: TrackedSeries) -> SeriesRow:
         parts=len(series.parts),
         last_serial=last.made.serial,
         last_deviation_um=last.made.error_mm * UM_PER_MM,
-        expected_um=None if last.expected_mm is None else last.expected_mm * UM_PER_MM,
+        expected_um=None if last.step.level_mm is None else series.next_mm * UM_PER_MM,
         alarm="" if alarm is None else f"part {alarm.made.serial}",
     )
 

@@ -6,7 +6,10 @@ from datetime import datetime
 
 @dataclass(frozen=True)
 class SeriesRow:
-    """A series in a list."""
+    """A series in a list; deviations are actual less nominal size.
+
+    `expected_um` is to be expected of the next part with the correction in force; None before the level is known.
+    """
 
     part_type: str
     revision: str

@@ -179,8 +179,14 @@ def _offset_in_force(correction: Correction[Any], cut: Cut) -> Iterator[InForce]
         return
     force = cut_with(record, program_that_ran(correction.payload, cut))
     if force.offset_mm != (0.0, 0.0):
-        x, z = (Um(value, "+.1f") for value in force.offset_mm)
-        words: str = wording("tool {tool}: X {x} (radius), Z {z}", tool=record.tool_offset.tool, x=x, z=z)
+        x_mm, z_mm = force.offset_mm
+        words: str = wording(
+            "tool {tool}: X {x} on the radius, {diameter} on the diameter, Z {z}",
+            tool=record.tool_offset.tool,
+            x=Um(x_mm, "+.1f"),
+            diameter=Um(2 * x_mm, "+.1f"),
+            z=Um(z_mm, "+.1f"),
+        )
         if (known := record.tool_offset.expanded_u_mm) is not None:
             words = known_to(words, *(None if u_mm is None else Um(u_mm) for u_mm in known))
         yield InForce(wording("tool offset"), record.id, words)

@@ -79,10 +79,8 @@ def offset_of(one: TrackedSeries, options: SeriesOptions, made: ProposalContext)
 def effect_of(series: TrackedSeries, size_change_mm: float) -> Effect:
     """Predicts the effect of a change of size; the share of it that arrives is estimated from the parts."""
     step, asked = series.last.step, series.series.characteristic
-    gain = 1.0 if step.gain is None else step.gain
-    # The step predicts with its own correction; what is taken off less than that stays on.
-    after_mm = step.predicted_mm + gain * (step.correction_mm - series.in_force_mm + size_change_mm)
-    before_mm = after_mm - gain * size_change_mm
+    before_mm = series.next_mm
+    after_mm = before_mm + series.gain * size_change_mm
     u_mm = step.predicted_u_mm or 0.0
 
     def inside(error_mm: float) -> float | None:

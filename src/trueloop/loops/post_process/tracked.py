@@ -78,6 +78,18 @@ class TrackedSeries:
         return next((one for one in reversed(recent[since:]) if one.alarm), None)
 
     @property
+    def next_mm(self) -> float:
+        """Returns the error to expect of the next part, mm, with the correction in force and nothing more."""
+        step = self.last.step
+        # The step predicts with its own correction; what is taken off less than that stays on.
+        return step.predicted_mm + self.gain * (step.correction_mm - self.in_force_mm)
+
+    @property
+    def gain(self) -> float:
+        """Returns the share of a correction that arrives; 1 where it is not estimated."""
+        return 1.0 if self.last.step.gain is None else self.last.step.gain
+
+    @property
     def change_mm(self) -> float:
         """Returns what to take off more than is in force, mm; the size changes by −1 times it. 0 while held."""
         return 0.0 if self.last.step.held else self.factor * (self.last.step.correction_mm - self.in_force_mm)

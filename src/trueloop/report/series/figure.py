@@ -21,17 +21,15 @@ LONGEST: Final = 60
 
 
 def proposal_figure(effects: Sequence[Effect], say: Texts = ENGLISH) -> Figure:
-    """Draws ● without the proposal, red where material would be left on, blue where too much would be taken; ◆ with it.
-
-    Bars hold 95 % of parts. Errors are actual less nominal size.
+    """Draws ● without the proposal, ◆ with it; bars hold 95 % of parts. Errors are actual less nominal size: their sign
+    does not tell whether material is left on, which is less in a bore that is too large.
     """
     before, after = ([one.error_before_mm for one in effects], [one.error_after_mm for one in effects])
     u = [NORMAL_95 * one.standard_u_mm for one in effects]
     seen = [UM_PER_MM * (e + sign * w) for e, w in zip(before + after, u + u, strict=True) for sign in (-1, 1)]
     low, high = style.padded(seen)
-    colours = [style.colour_of(UM_PER_MM * one) for one in before]
     data = [
-        _proposal_marks(-APART, before, u, say, color=colours, symbol="circle", size=9),
+        _proposal_marks(-APART, before, u, say, color=BEFORE, symbol="circle", size=9),
         _proposal_marks(APART, after, u, say, color=style.AFTER, symbol="diamond", size=11),
     ]
     layout = style.layout(

@@ -52,12 +52,13 @@ export function Result({ made, given }: { made: Made; given: string }) {
       <Section title={text("correct.expected")}>
         {made.ways.length > 1 && first && <p>{text("correct.expected.of", { way: word("correct.way", first.by) })}</p>}
         <p>{made.headline}</p>
+        <p className="soft">{text("key.side")}</p>
         <Legend />
         <Drawn of={made.picture} />
         <Rows
           label={text("correct.expected")}
           none=""
-          head={[text("head.feature"), text("head.touches"), text("correct.before"), text("head.expected"), text("head.expanded"), text("head.correction")]}
+          head={[text("head.feature"), text("head.touches"), text("correct.before"), text("correct.after"), text("head.expanded"), text("head.correction")]}
           rows={made.features.map((one) => ({
             key: one.feature,
             cells: [

@@ -1,7 +1,7 @@
 import { piece, type Shape } from "../../api/client";
 import { hash } from "../../show/format";
 import { useLengths } from "../../show/lengths";
-import { Age, Deviation, Legend, Length, Opens, Rows, State, To } from "../../show/parts";
+import { Age, Length, Opens, Rows, SizeDeviation, State, To } from "../../show/parts";
 import { Picture } from "../../show/Picture";
 import { useProgramName } from "../../show/program";
 import { useName, useText } from "../../text/text";
@@ -63,12 +63,12 @@ function Results({ results }: { results: (Result & { key: string })[] }) {
             <span className="number">
               {plain(one.unit, one.actual)} {name(one.unit)}
             </span>,
-            <Deviation um={one.deviation_um} />,
+            <SizeDeviation um={one.deviation_um} />,
             <State kind="verdict" name={one.verdict} />,
           ],
         }))}
       />
-      <Legend />
+      <p className="soft">{text("key.size")}</p>
     </>
   );
 }
