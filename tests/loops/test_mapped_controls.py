@@ -1,5 +1,6 @@
 """A field over programs of Sinumerik and Klartext: read back by our own runner, its moves judged by LinuxCNC."""
 
+import math
 import re
 from pathlib import Path
 
@@ -190,7 +191,7 @@ PLATE = "0 BEGIN PGM A MM\n1 L X+20 Y+1 Z+1 R0 FMAX\n"
         ("heidenhain", PLATE + "2 C X-20 Y+1 DR+\n", Code.NC_MAP, 3, "centre is not said"),
         ("heidenhain", PLATE + "2 Q1 = 25\n3 CC X+Q1 Y+1\n4 C X+30 Y+1 DR+\n", Code.NC_MAP, 4, "takes no sum"),
         ("heidenhain", PLATE + "2 CC X+25 Y+1\n3 C X+30 Y+1 DR+ M91\n", Code.NC_MAP, 4, "place of the machine"),
-        ("heidenhain", PLATE + "2 CYCL DEF 254 SLOT ~\n  Q200=2 ;A\n3 CYCL CALL\n", Code.NC_OPAQUE, 3, "CYCL DEF"),
+        ("heidenhain", PLATE + "2 CYCL DEF 204 BACK ~\n  Q200=2 ;A\n3 CYCL CALL\n", Code.NC_OPAQUE, 3, "CYCL DEF"),
         ("heidenhain", PLATE + "2 L M91 Z+9 FMAX\n3 L X+2 F9\n", Code.NC_MAP, 4, "place of the machine"),
     ],
 )
@@ -283,9 +284,12 @@ def test_an_arc_that_would_have_to_leave_its_plane_becomes_lines(tmp_path: Path)
 
 @pytest.mark.parametrize("turn", ["CP IPA+360 IZ-2 DR+", "CP IPA-90 IZ-2 DR-", "C X+0 Y+10 IZ-2 DR+"])
 def test_a_helix_of_klartext_becomes_lines_for_only_cp_writes_one(tmp_path: Path, turn: str) -> None:
-    """TNC7 81762x-16, Helix: "can only be programmed with a circular path CP"; C and CR would not cut one."""
+    """TNC7 81762x-16, Helix: "can only be programmed with a circular path CP"; C and CR would not cut one.
+
+    Under a field that is no shift the pole of a CP would not go where its ends do.
+    """
     text = f"0 BEGIN PGM A MM\n1 L X+10 Y+0 Z+0 R0 F100\n2 CC X+0 Y+0\n3 {turn}\n4 L X+20\n"
-    written, _ = mapped(tmp_path, text, affine_field(np.eye(3), (0.1, 0.2, -0.25)), "heidenhain")
+    written, _ = mapped(tmp_path, text, affine_field(np.diag((1.0, 1.0, 1.0 + 1e-9)), (0.1, 0.2, -0.25)), "heidenhain")
     lines = written.splitlines()[4:-1]
     assert all(" L X" in f" {line}" for line in lines) and len(lines) > 100
     path = path_of(written, "heidenhain")
@@ -295,6 +299,89 @@ def test_a_helix_of_klartext_becomes_lines_for_only_cp_writes_one(tmp_path: Path
     assert z == pytest.approx(-2.0 * turned / turned[-1], abs=2e-4)
     whole = {"CP IPA+360": 360.0, "CP IPA-90 ": -90.0}.get(turn[:10], 90.0)
     assert np.degrees(turned[-1]) == pytest.approx(whole, abs=1e-3)
+
+
+POLAR = """BEGIN PGM A MM
+TOOL CALL 1 Z S2000 F300
+L X+60 Y+50 Z+5 R0 FMAX
+CC X+50 Y+50
+CP IPA+1890 IZ-7 DR+
+CC IX-4 Y+40
+LP PR+8 PA+30
+CC
+LP PR+6 IPA-120 R0 FMAX
+CC X+20 Z-10
+CP IPA-45 DR-
+L Z+50 R0 FMAX
+END PGM A MM
+"""
+
+
+def test_a_shift_moves_the_pole_and_leaves_what_is_about_it(tmp_path: Path) -> None:
+    """Five turns and a quarter from (60, 50) about (50, 50) end at (50, 60); the next pole is 4 mm left of that."""
+    written, _ = mapped(tmp_path, POLAR, SHIFT, "heidenhain")
+    assert without_mark(written) == [
+        "BEGIN PGM A MM",
+        "TOOL CALL 1 Z S2000 F300",
+        "L X+60.0100 Y+50.0200 Z+4.9970 R0 FMAX",
+        "CC X+50.0100 Y+50.0200",
+        "CP IPA+1890 IZ-7 DR+",
+        "CC IX-4 Y+40.0200",
+        "LP PR+8 PA+30",
+        "CC",
+        "LP PR+6 IPA-120 R0 FMAX",
+        "CC X+20.0100 Z-10.0030",
+        "CP IPA-45 DR-",
+        "L Z+49.9970 R0 FMAX",
+        "END PGM A MM",
+    ]
+    path = path_of(written, "heidenhain")
+    by = np.array((0.01, 0.02, -0.003))
+    wanted = np.array([[60, 50, 5], [50, 60, -2], [46 + 8 * math.cos(math.pi / 6), 44, -2]]) + by
+    assert path.end_mm[:3] == pytest.approx(wanted, abs=1e-9)
+    assert np.degrees(path.sweep_rad[1]) == pytest.approx(-1890.0)
+    source = path_of(POLAR, "heidenhain")
+    assert path.end_mm == pytest.approx(source.end_mm + by, abs=1e-9)
+    assert path.centre_mm[[1, 4]] == pytest.approx(source.centre_mm[[1, 4]] + by, abs=1e-9)
+
+
+def test_an_arc_about_the_pole_of_a_polar_move_has_the_moved_one(tmp_path: Path) -> None:
+    head = "BEGIN PGM A MM\nL X+60 Y+50 Z+5 R0 FMAX\nCC X+50 Y+50\n"
+    for moves in ("CP IPA+90 DR+ F100\nC X+40 Y+50 DR+\n", "C X+50 Y+60 DR+ F100\nCP IPA+90 DR+\n"):
+        written, _ = mapped(tmp_path, head + moves + "END PGM A MM\n", SHIFT, "heidenhain")
+        assert written.count("CC ") == written.count("CC X+50.0100 Y+50.0200") == 1
+        assert path_of(written, "heidenhain").end_mm[-1].tolist() == pytest.approx([40.01, 50.02, 4.997])
+
+
+BY_PARAMETER = """BEGIN PGM A MM
+TOOL CALL 1 Z S2000 F300
+Q1 = 10
+Q99 = 3
+LBL 1
+L X+Q1 Y-Q99 Z+5 R0 FMAX
+L Z-Q99 F100
+Q1 = Q1 + 5
+CALL LBL 1 REP 2
+END PGM A MM
+"""
+
+
+def test_a_coordinate_by_a_parameter_goes_by_one_that_the_program_does_not_use(tmp_path: Path) -> None:
+    """−(Q99 − 0.02) is 0.02 more than −Q99. X is 10, 15, 20 in the three runs of the section."""
+    written, done = mapped(tmp_path, BY_PARAMETER, SHIFT, "heidenhain")
+    assert without_mark(written)[5:11] == [
+        "FN 1: Q98 = +Q1 + +0.0100",
+        "FN 1: Q97 = +Q99 + -0.0200",
+        "L X+Q98 Y-Q97 Z+4.9970 R0 FMAX",
+        "FN 1: Q96 = +Q99 + +0.0030",
+        "L Z-Q96 F100",
+        "Q1 = Q1 + 5",
+    ]
+    assert done.added_blocks == 3
+    ends = path_of(written, "heidenhain").end_mm
+    assert ends[:, 0].tolist() == pytest.approx([10.01, 10.01, 15.01, 15.01, 20.01, 20.01])
+    assert ends[:, 1] == pytest.approx(-2.98)
+    assert ends[1::2, 2] == pytest.approx(-3.003)
 
 
 def test_arcs_that_hardly_leave_their_planes_do_not_drift(tmp_path: Path) -> None:

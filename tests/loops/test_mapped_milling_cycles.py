@@ -59,6 +59,21 @@ OLD = """0 BEGIN PGM A MM
 11 CYCL CALL
 12 END PGM A MM
 """
+HEAD = "0 BEGIN PGM A MM\n1 TOOL CALL 6 Z S3000 F600\n2 L X+0 Y+0 Z+60 R0 FMAX\n"
+TAIL = "\n8 L X+1 Y+2 FMAX\n9 END PGM A MM\n"
+AT_START = {"X+0 Y+0 Z+60": "X+0.1000 Y+0.2000 Z+59.9500", "X+1 Y+2": "X+1.1000 Y+2.2000"}
+ROUND_SLOT = "3 CYCL DEF 254 SLOT Q200=2 Q201=-9 Q203=+4 Q204=50 Q216=+30 Q217=-7 Q367={} Q375=40 Q219=8\n4 CYCL CALL"
+WALLED = "3 CYCL DEF 233 FACE Q200=2 Q204=50 Q218=60 Q219=40 Q227=+1 Q386=-3\n4 L X+9 Y+8 FMAX M99"
+BORED = "3 CYCL DEF 202 BORING Q200=2 Q201=-9 Q206=100 Q203=+4 Q204=50 Q214=1\n4 L X+9 Y+8 FMAX M99"
+CENTRED = "3 CYCL DEF 240 CENTRE Q200=2 Q343=1 Q344=-9 Q203=+4 Q204=50\n4 L X+9 Y+8 FMAX M99"
+OLD_STUD = "3 CYCL DEF 215 STUD Q200=2 Q201=-9 Q203=+4 Q204=50 Q216=+30 Q217=-7 Q222=40 Q223=30\n4 CYCL CALL"
+SUNK = "3 CYCL DEF 263 THREAD Q200=2 Q201=-9 Q203=+4 Q204=50 Q335=10\n4 L X+9 Y+8 FMAX M99"
+CIRCLE = (
+    "3 CYCL DEF 201 REAM Q200=2 Q201=-9 Q206=100 Q203=+4 Q204=50\n"
+    "4 CYCL DEF 220 PATTERN Q216=+30 Q217=-7 Q244=20 Q245=0 Q246=360 Q247=0 Q241=3 Q200=3 Q203=+5 Q204=40 Q301=1"
+)
+OWN = {"Q216=+30": "Q216=+30.1000", "Q217=-7": "Q217=-6.8000", "Q203=+4": "Q203=+3.9500"}
+HERE = {"X+9 Y+8": "X+9.1000 Y+8.2000", "Q203=+4": "Q203=+3.9500"}
 POCKET = "G17 G71 G90 G94 F300\nG0 X0 Y0 Z50\nPOCKET4(50,0,1,-10,20,R1+40,30,5)\nG0 X0 Y0\nM30\n"
 HAAS = "G21 G17 G90 G94\nG00 X10. Y20. Z2.\nG13 Z-3. I4. K9. Q4. D1 F100.\nG01 X12.\nG00 Z5.\nM30\n"
 OKUMA = """G00 X50 Z8
@@ -127,6 +142,54 @@ def test_place_and_heights_are_displaced_and_sizes_stay(
         wanted = wanted.replace(old, new)
     shift = affine_field(np.eye(3), (0.1, 0.0, -0.05)) if dialect == "okuma-lathe" else SHIFT
     assert lines(tmp_path, text, shift, dialect) == wanted.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("cycle", "changes"),
+    [
+        (ROUND_SLOT.format(0), OWN),
+        (ROUND_SLOT.format(1), {"Q203=+4": "Q203=+3.9500"}),
+        (WALLED, {"X+9 Y+8": "X+9.1000 Y+8.2000", "Q227=+1": "Q227=+0.9500", "Q386=-3": "Q386=-3.0500"}),
+        (BORED, HERE),
+        (CENTRED, HERE),
+        (OLD_STUD, OWN),
+        (SUNK, HERE),
+        (CIRCLE, {"Q216=+30": "Q216=+30.1000", "Q217=-7": "Q217=-6.8000", "Q203=+5": "Q203=+4.9500"}),
+    ],
+    ids=["slot", "slot here", "walled", "bored", "centred", "stud", "sunk", "circle"],
+)
+def test_centre_surface_and_end_of_a_cycle_are_displaced_and_nothing_else(
+    cycle: str, changes: dict[str, str], tmp_path: Path
+) -> None:
+    test_place_and_heights_are_displaced_and_sizes_stay(HEAD + cycle + TAIL, "heidenhain", AT_START | changes, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("cycle", "low", "high"),
+    [
+        (ROUND_SLOT.format(0), (2, -35, -5), (58, 21, 6)),
+        (ROUND_SLOT.format(2), (-28, -28, -5), (28, 28, 6)),
+        (WALLED, (-63.111, -64.111, -3), (81.111, 80.111, 3)),
+        (CENTRED, (4.5, 3.5, -0.5), (13.5, 12.5, 6)),
+        (OLD_STUD, (-10, -47, -5), (70, 33, 6)),
+        (SUNK, (-1, -2, -5), (19, 18, 6)),
+        (BORED, (8.8, 7.8, -5), (9.2, 8.2, 6)),
+    ],
+)
+def test_a_field_is_asked_up_to_the_ends_of_what_a_cycle_mills(
+    cycle: str, low: tuple[float, ...], high: tuple[float, ...], tmp_path: Path
+) -> None:
+    """A slot of 40 mm pitch diameter, 8 mm wide, reaches 28 mm from its centre; a face its diagonal, √(60² + 40²)."""
+    asked = []
+
+    def noted(points_mm: Array) -> Array:
+        asked.append(points_mm.copy())
+        return np.zeros_like(points_mm)
+
+    mapped(tmp_path, HEAD + cycle + TAIL, function_field(noted, "noted"), "heidenhain", FREE)
+    space = max(asked, key=len)
+    assert space.min(axis=0).tolist() == pytest.approx(low, abs=1e-3)
+    assert space.max(axis=0).tolist() == pytest.approx(high, abs=1e-3)
 
 
 def stretch(axis: int, along: int, slope: float) -> Field:

@@ -40,6 +40,11 @@ impl Edits {
         written
     }
 
+    /// Whether a block has no edits yet.
+    pub fn is_open(&self, block: usize) -> bool {
+        self.of_block.get(block).is_none_or(|known| known.0 == u32::MAX)
+    }
+
     /// Closes the edits since `from` as those of a block. False where it had other ones already: it is run twice.
     pub fn close(&mut self, block: usize, from: usize) -> bool {
         let Some(known) = self.of_block.get_mut(block) else {

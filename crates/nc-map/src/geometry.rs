@@ -60,6 +60,13 @@ impl<'a> Geometry<'a> {
         self.path.arcs.get(*self.arc_of.get(of_move)? as usize)
     }
 
+    /// Whether a move of Klartext ends by its radius and angle about the pole.
+    pub fn is_polar(&self, of_move: usize) -> bool {
+        let (first, second, _) = self.plane(of_move).axes();
+        let words = self.path.words[of_move];
+        self.flat_mm.is_some() && words[first] >= 0 && words[first] == words[second]
+    }
+
     pub fn plane(&self, of_move: usize) -> Plane {
         self.path.states[self.path.state[of_move] as usize].plane
     }

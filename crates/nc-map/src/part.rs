@@ -1,5 +1,6 @@
 //! One part of a program: displaced, written.
 
+use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
 
 use nc_program::dialect::{FlowStyle, Letters};
@@ -111,6 +112,8 @@ impl Writing {
             knows_travel: field.knows_travel(),
             follows,
             whole: self.whole,
+            single: part.last && self.summary.blocks == 0,
+            free: OnceCell::new(),
         };
         match shared {
             Ok(milled) => writer.milled = milled,

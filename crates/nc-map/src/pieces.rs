@@ -196,9 +196,12 @@ fn round(
         let here = &displaced[all.clone()];
         let (of_move, share, start, end) = (s.of_move, s.to, here[0], here[s.probes]);
         let arc = geometry.arc(of_move);
-        s.straight |= arc.is_none() || geometry.leaves_plane(of_move, here);
+        let by = &found[all.clone()];
+        let kept = geometry.is_polar(of_move) && by.iter().all(|other| apart(other, &by[0]) <= SAME_MM);
+        s.straight |= arc.is_none() || !kept && geometry.leaves_plane(of_move, here);
         let fitted = match arc.filter(|_| !s.straight) {
             None => (chord_error(here) <= tolerance_mm).then_some(None),
+            Some(arc) if kept => Some(Some(sum(&arc.centre, &by[0]))),
             Some(arc) if is_loose(arc, &s, &found[all.clone()]) => None,
             Some(_) => circle(here, geometry.plane(of_move), tolerance_mm).map(Some),
         };

@@ -9,11 +9,13 @@ pub(crate) mod centre;
 pub(crate) mod contour;
 mod coordinate;
 pub(crate) mod hole;
+mod parameter;
 pub(crate) mod pole;
 mod refusals;
 mod turned;
 mod turning_cycle;
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use nc_program::dialect::Letters;
@@ -73,6 +75,10 @@ pub(crate) struct Writer<'a> {
     pub follows: Letters,
     /// The blocks may run in any order.
     pub whole: bool,
+    /// The part is the whole program.
+    pub single: bool,
+    /// Parameters of Klartext that it does not use, one for each axis.
+    pub free: OnceCell<Vec<usize>>,
 }
 
 /// How an axis is written in a block.
@@ -127,6 +133,9 @@ impl<'a> Writer<'a> {
         let here = self.here(index)?;
         if self.path.pockets.iter().any(|(of_move, _)| *of_move == index) {
             self.displaced_whole(&here, index, [false; 3])?;
+        }
+        if self.geometry.is_polar(index) {
+            return self.about_moved_pole(&here, pieces, course);
         }
         let pole = self.geometry.arc(index).zip(pieces.first().and_then(|first| first.centre));
         let pole = pole.filter(|_| self.is_about_pole(&here));

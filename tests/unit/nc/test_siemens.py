@@ -101,7 +101,7 @@ def test_expressions_follow_the_order_of_the_manual() -> None:
         ("G71\nENDIF", Code.NC_FLOW, 'the end of "ENDIF" without its beginning'),
         ("G71\nA:\nGOTOF A", Code.NC_FLOW, 'there is no "A" to jump to that way'),
         ("G71\nFOR R1=1", Code.NC_FLOW, "FOR"),
-        ("A: REPEAT A P=3", Code.NC_FLOW, "repeating a section"),
+        ("A: REPEATB A P=3", Code.NC_FLOW, "repeating one block"),
         ("G71\nROT X45", Code.NC_OPAQUE, "ROT X45: the path goes on as if it were not there"),
         (
             "G71\n$P_UIFR[1]=CTRANS(X,10)",

@@ -18,6 +18,10 @@ impl Writer<'_> {
     pub(super) fn require_said(&self, here: &Here, axis: &Axis) -> Result<(), Refused> {
         let (start, end) = (self.path.start[here.index][axis.index], self.path.end[here.index][axis.index]);
         let hint = "write the cycle, corner or call out as moves";
+        let (first, second, _) = here.state.plane.axes();
+        if [first, second].contains(&axis.index) && self.geometry.is_polar(here.index) {
+            return Ok(());
+        }
         let Some(word) = axis.word else {
             if (end - start).abs() <= SAME_MM {
                 return Ok(());
@@ -75,7 +79,10 @@ impl Writer<'_> {
             self.edits.replace(value.start, value.end, |text| step.write(text, steps));
             return Ok(step.value(steps));
         }
-        self.edits.replace(value.start, value.end, |out| value.change(program, word, step, (steps, change), out))?;
+        if value.is_number || !self.add_to_parameter(word, axis.index, step, change)? {
+            self.edits
+                .replace(value.start, value.end, |out| value.change(program, word, step, (steps, change), out))?;
+        }
         Ok(if value.is_number { step.value(steps) } else { said + step.value(change) })
     }
 

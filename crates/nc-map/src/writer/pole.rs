@@ -7,15 +7,18 @@ use nc_program::{Arc, MoveKind, Program, ToolPath, Word, WordKind};
 
 use super::{Here, Writer, AXES, SAME_MM};
 use crate::edits::{is_value, line_ending};
+use crate::field::sum;
 use crate::field::Vector;
+use crate::part::Course;
+use crate::pieces::Piece;
 use crate::refusal::Refused;
 
 /// The poles of a part: where the program sets them, and what they are in the program that is written.
 pub(crate) struct Poles {
     /// Each time a pole is set: the move that comes next, and the block.
     set: Vec<(usize, usize)>,
-    /// Blocks that were displaced, and the pole that they set then, mm.
-    displaced: HashMap<usize, Vector>,
+    /// Blocks that were edited, and by how much the pole that they set is moved then, mm.
+    moved: HashMap<usize, Vector>,
     /// The pole in force after the last arc, and how many were set before it.
     in_force: (usize, Vector),
 }
@@ -31,7 +34,7 @@ impl Poles {
         };
         let done = path.executed.iter().map(|done| (done.moves as usize, done.block as usize));
         let set = done.filter(|(_, block)| blocks.binary_search(block).is_ok()).collect();
-        Self { set, displaced: HashMap::new(), in_force: (0, Vector::default()) }
+        Self { set, moved: HashMap::new(), in_force: (0, Vector::default()) }
     }
 
     /// How many are set before a move, and the block of the last.
@@ -53,7 +56,8 @@ impl Writer<'_> {
         let (count, block) = self.poles.before(here.index);
         let block = block.ok_or_else(|| self.no_centre(here))?;
         let fresh = self.poles.in_force.0 != count;
-        let known = if fresh { self.poles.displaced.get(&block).copied() } else { Some(self.poles.in_force.1) };
+        let moved = self.poles.moved.get(&block).map(|by| sum(&arc.centre, by));
+        let known = if fresh { moved } else { Some(self.poles.in_force.1) };
         let stays = |axis: usize| (wanted[axis] - arc.centre[axis]).abs() <= SAME_MM;
         let pole = match known {
             Some(pole) if self.is_pole(here, &pole, &wanted) => pole,
@@ -118,7 +122,7 @@ impl Writer<'_> {
             let word = self.pole_word(here, arc, block, axis).copied().ok_or_else(|| self.no_centre(here))?;
             self.replace_value(here, &word, wanted[axis] / unit, old / unit, true)?;
         }
-        self.poles.displaced.insert(block, pole);
+        self.poles.moved.insert(block, [0, 1, 2].map(|axis| pole[axis] - arc.centre[axis]));
         Ok(pole)
     }
 
@@ -134,6 +138,66 @@ impl Writer<'_> {
         self.edits.replace(at, at, |out| out.extend(text.iter().chain(ending)));
         self.added += 1;
         Ok(())
+    }
+
+    /// Leaves a move to a radius and an angle as it is: its pole goes where the tool does. Its axis beside the plane is
+    /// written.
+    pub(super) fn about_moved_pole(&mut self, here: &Here, pieces: &[Piece], course: &Course) -> Result<(), Refused> {
+        let (first, second, third) = here.state.plane.axes();
+        let [piece] = pieces else { return Err(self.turned_about_pole(here)) };
+        let end = self.path.end[here.index];
+        let by = [0, 1, 2].map(|axis| piece.end[axis] - end[axis]);
+        let written = self.move_pole(here, by)?;
+        let relative = here.axes[first].incremental || !self.says_both(here);
+        for axis in [first, second] {
+            let off = (written[axis] - by[axis]).abs().max(if relative {
+                (self.carried[axis] - by[axis]).abs()
+            } else {
+                0.0
+            });
+            if course.arrives() && relative || here.tells(&here.axes[axis], off) {
+                return Err(self.turned_about_pole(here));
+            }
+        }
+        let (from, before) = (self.edits.len(), sum(&self.path.start[here.index], &self.carried));
+        let live = self.live(here, before, pieces, &course.standing)?;
+        self.carried = [0, 1, 2].map(|axis| if axis == third { self.carried[axis] } else { written[axis] });
+        if live[third] {
+            let there = self.coordinate(here, &here.axes[third], before, piece.end[third], true)?;
+            self.carried[third] = there - end[third];
+        }
+        if self.edits.close(here.block, from) {
+            Ok(())
+        } else {
+            Err(self.twice(here.block))
+        }
+    }
+
+    /// Whether a polar block has both the radius and the angle, so that its end does not hang on its start.
+    fn says_both(&self, here: &Here) -> bool {
+        b"pq".iter().all(|letter| here.words.iter().any(|word| word.letter == *letter && is_value(word)))
+    }
+
+    /// Moves the pole in force by the positions in its block: a coordinate that it has as an increment, or not at all, is
+    /// counted from where the tool stands there. Gives by how much it is moved then.
+    fn move_pole(&mut self, here: &Here, by: Vector) -> Result<Vector, Refused> {
+        let block = self.poles.before(here.index).1.ok_or_else(|| self.no_centre(here))?;
+        if let Some(moved) = self.poles.moved.get(&block) {
+            return Ok(*moved);
+        }
+        let (mut moved, (first, second, _)) = (by, here.state.plane.axes());
+        for axis in [first, second] {
+            let (unit, program) = (here.state.axis_mm(axis), self.program);
+            let is_position =
+                |word: &&Word| word.letter == AXES[axis] && is_value(word) && program.reference(word) != Some(true);
+            let Some(word) = program.words_of(block).iter().find(is_position) else { continue };
+            let old = if word.kind == WordKind::Number { word.value } else { 0.0 };
+            let to = here.step.value(here.step.round(old + by[axis] / unit));
+            moved[axis] = if here.step.round(by[axis] / unit) == 0 { 0.0 } else { (to - old) * unit };
+            self.replace_value(here, word, old + by[axis] / unit, old, true)?;
+        }
+        self.poles.moved.insert(block, moved);
+        Ok(moved)
     }
 
     /// Whether an arc goes about a pole that is set by a parameter.

@@ -47,6 +47,11 @@ impl Writer<'_> {
         Refused::block(self.block_start(here.block), message, hint)
     }
 
+    pub(super) fn turned_about_pole(&self, here: &Here) -> Refused {
+        let message = "the end is given about a pole that is displaced otherwise, or before the tool is".to_owned();
+        Refused::block(self.block_start(here.block), message, "write the move by X, Y and Z")
+    }
+
     pub(super) fn other_start(&self, here: &Here, axis: usize) -> Refused {
         let letter = char::from(super::AXES[axis]);
         let message = format!(

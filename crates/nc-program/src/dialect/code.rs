@@ -172,6 +172,8 @@ pub enum G {
     CallCycleAt,
     /// A hole pattern by its arguments.
     Pattern(Pattern),
+    /// Ends the shift of the datum (TRANS DATUM RESET).
+    ResetDatum,
     /// Touches the work or the tool and sets what the control knows of them: TCH PROBE.
     Probe,
     /// Gives a parameter a value of the control's own.

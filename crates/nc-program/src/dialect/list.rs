@@ -200,6 +200,7 @@ pub const HEIDENHAIN: Dialect = Dialect {
     parameters: Parameters { mark: b'Q', named: Naming::Plain, computed: true, unset_is_zero: false },
     functions: Functions::Klartext,
     decimal_comma: true,
+    blanks: Blanks::BeforeNumber,
     about_pole: true,
     flow: FlowStyle::Labels,
     tool_offset: ToolOffset::Call,

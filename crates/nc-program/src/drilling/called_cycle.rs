@@ -7,7 +7,7 @@ use crate::dialect::{Name, G};
 use crate::drilling::cycle_arguments::{numbers, Argument};
 use crate::drilling::drill::Drill;
 use crate::drilling::hole::{Drilled, Said};
-use crate::drilling::milled::{reach, POSITIONS};
+use crate::drilling::milled::{has_centre, reach, POSITIONS};
 use crate::finding;
 use crate::modes::modal::{FeedMode, SpindleMode};
 use crate::modes::request::Request;
@@ -32,6 +32,8 @@ pub(crate) struct CalledHole {
     said: Said,
     /// Of a milling cycle: its number, and how far from its place it reaches, mm.
     milled: Option<(u16, f64)>,
+    /// Of one that goes to a centre of its own: its coordinates in the plane, mm.
+    centre: Option<[f64; 2]>,
 }
 
 impl CalledHole {
@@ -47,6 +49,10 @@ impl CalledHole {
     /// Its heights count from where the tool stands.
     pub fn is_relative(&self) -> bool {
         self.said.is_relative()
+    }
+
+    pub fn centre(&self) -> Option<[f64; 2]> {
+        self.centre
     }
 
     pub fn surface(&self) -> f64 {
@@ -156,7 +162,12 @@ impl Runner<'_> {
                 }
             }
             Some((number, drill)) => match self.defined_hole(number, drill) {
-                Ok(hole) => self.drill_here(&hole),
+                Ok(hole) => {
+                    if drill != Drill::Mill && hole.milled.is_some() {
+                        self.note_opaque(word, "its passes are not in the path");
+                    }
+                    self.drill_here(&hole)
+                }
                 Err(why) => self.not_followed(word, &why),
             },
             None => self.note_opaque(word, "the moves of the cycle defined last are not in the path"),
@@ -200,9 +211,9 @@ impl Runner<'_> {
         }
     }
 
-    /// By the numbered lines of cycles 1 (pecking) and 2 (tapping): their heights count from where the tool stands.
+    /// By the numbered lines of cycles 1 (pecking), 2 and 17 (tapping): their heights count from where the tool stands.
     fn hole_of_lines(&self, number: u16, drill: Drill) -> Made<CalledHole> {
-        let [_, Some(clearance), Some(depth), _, fourth, fifth] = self.state.defined.lines else {
+        let [_, Some(clearance), Some(depth), third, fourth, fifth] = self.state.defined.lines else {
             return Err(format!("the lines {number}.1 and {number}.2 are not both given"));
         };
         if depth >= 0.0 {
@@ -213,6 +224,8 @@ impl Runner<'_> {
         let surface = here - clearance.abs() * mm;
         let feed = if number == 1 { fifth } else { fourth };
         let feed = feed.filter(|feed| *feed > 0.0).map_or(f64::NAN, |feed| feed * self.unit_of_feeds());
+        let pitch = third.filter(|pitch| number == 17 && *pitch != 0.0);
+        let feed = pitch.map_or(feed, |pitch| self.feed_of_pitch(pitch, None, true) * mm);
         fitting(CalledHole {
             drill,
             surface,
@@ -222,6 +235,7 @@ impl Runner<'_> {
             feeds: [feed; 2],
             said: Said::RELATIVE,
             milled: self.reach_of(number, drill)?,
+            centre: None,
         })
     }
 
@@ -262,6 +276,7 @@ impl Runner<'_> {
             feeds: feeds.map(|feed| feed * mm),
             said,
             milled: None,
+            centre: None,
         })
     }
 
@@ -324,22 +339,29 @@ impl Runner<'_> {
         if drill == Drill::Face {
             return Err("it mills at coordinates of its own".to_owned());
         }
-        if number < 6 {
+        if number < 6 || number == 17 {
             return self.hole_of_lines(number, drill);
         }
         let mm = self.state.modal.mm();
         let q = |number: u32| self.state.store.get(&Key::Number(number)).filter(|value| value.is_finite());
-        let (Some(clearance), Some(depth), Some(surface)) = (q(200), q(201), q(203)) else {
-            return Err("Q200, Q201 and Q203 are not all given".to_owned());
+        // The tool decides the depth of a diameter; the passes of cycle 202 have a step sideways, of 240 no deeper end.
+        let of_diameter = number == 240 && q(343).is_some_and(|by| by != 0.0);
+        let sideways = number == 202 && q(214).is_none_or(|way| way != 0.0);
+        let drill = if of_diameter || sideways { Drill::Mill } else { drill };
+        let ([surface, depth], names) = match number {
+            233 => ([q(227), q(386).zip(q(227)).map(|(bottom, top)| bottom - top)], "Q200, Q227 and Q386"),
+            240 if of_diameter => ([q(203), q(344).map(|diameter| -diameter.abs() / 2.0)], "Q200, Q203 and Q344"),
+            _ => ([q(203), q(201)], "Q200, Q201 and Q203"),
         };
-        if number == 240 && q(343).is_some_and(|by| by != 0.0) {
-            return Err("its depth is that of a diameter, which the tool decides".to_owned());
-        }
-        if number == 202 && q(214).is_none_or(|way| way != 0.0) {
-            return Err("it lifts off sideways (Q214)".to_owned());
+        let (Some(clearance), Some(depth), Some(surface)) = (q(200), depth, surface) else {
+            return Err(format!("{names} are not all given"));
+        };
+        let centre = has_centre(number, q).then(|| q(216).zip(q(217)).map(|(x, y)| [x * mm, y * mm]));
+        if centre == Some(None) {
+            return Err("Q216 and Q217 are not both given".to_owned());
         }
         if depth >= 0.0 {
-            return Err(format!("its depth Q201 is {depth}"));
+            return Err(format!("its depth is {depth}"));
         }
         if self.state.store.get(&Key::Number(204)).is_some_and(f64::is_nan) {
             return Err("the value of Q204 is not known".to_owned());
@@ -365,8 +387,12 @@ impl Runner<'_> {
             bottom: (surface + depth) * mm,
             retract: (surface + clearance.max(q(204).unwrap_or(0.0))) * mm,
             feeds: [down, if out.is_nan() { down } else { out }],
-            said: Said::at([(0, 0); 2], [self.state.defined.said(203), (0, 0)]),
+            said: match number {
+                233 => Said::at([self.state.defined.said(227), (0, 0)], [self.state.defined.said(386), (0, 0)]),
+                _ => Said::at([(0, 0); 2], [self.state.defined.said(203), (0, 0)]),
+            },
             milled: self.reach_of(number, drill)?,
+            centre: centre.flatten(),
         })
     }
 
@@ -418,7 +444,8 @@ impl Runner<'_> {
         }
         self.require_plain_frame()?;
         let q = |number: u32| self.state.store.get(&Key::Number(number));
-        Ok(Some((number, reach(number, q, &self.state.defined.lines)? * self.state.modal.mm())))
+        let mm = self.state.modal.mm();
+        Ok(Some((number, reach(number, q, &self.state.defined.lines, mm)? * mm)))
     }
 
     pub(crate) fn not_followed(&mut self, word: i32, why: &str) {

@@ -23,6 +23,8 @@ pub enum Pattern {
     Row,
     /// On a circle: HOLES2 (CPA, CPO, RAD, STA1, INDA, NUM).
     Circle,
+    /// On lines, to and fro: CYCLE801 (SPCA, SPCO, STA, DIS1, DIS2, NUM1, NUM2).
+    Grid,
     /// On a circle, by the Q parameters behind CYCL DEF 220.
     DefinedCircle,
     /// On lines, to and fro, by the Q parameters behind CYCL DEF 221.
@@ -77,7 +79,7 @@ impl Runner<'_> {
     /// Goes to the places of a pattern at rapid, and drills at each.
     pub(crate) fn pattern(&mut self, pattern: Pattern, word: i32) {
         let done = match pattern {
-            Pattern::Row | Pattern::Circle => self.holes_of_call(pattern, word),
+            Pattern::Row | Pattern::Circle | Pattern::Grid => self.holes_of_call(pattern, word),
             Pattern::DefinedCircle => self.defined_holes(circle, [216, 217]),
             Pattern::DefinedLines => self.defined_holes(lines, [225, 226]),
         };
@@ -126,8 +128,8 @@ impl Runner<'_> {
             return Err("the moves of the cycle defined last are not in the path".to_owned());
         };
         let hole = self.defined_hole(number, drill)?;
-        if hole.is_relative() {
-            return Err("the cycle defined last begins where the tool stands".to_owned());
+        if hole.is_relative() || hole.centre().is_some() {
+            return Err("the cycle defined last begins where the tool stands, or at a centre of its own".to_owned());
         }
         let (mm, third) = (self.state.modal.mm(), self.state.modal.plane.axes().2);
         if self.state.position[third] < hole.retract() {
@@ -170,17 +172,19 @@ impl Runner<'_> {
                 .iter()
                 .any(|one| one.value != 0.0 && !one.value.is_nan() || one.text.as_ref().is_some_and(|t| !t.is_empty()))
         };
-        if more(6) {
+        if more(if pattern == Pattern::Grid { 7 } else { 6 }) {
             return Err("its arguments behind the number of holes are not followed".to_owned());
         }
-        let [Some(x), Some(y), third, fourth, fifth, Some(count)] = numbers::<6>(&arguments) else {
+        let [Some(x), Some(y), third, fourth, fifth, Some(count), rows] = numbers::<7>(&arguments) else {
             return Err("its reference point or the number of its holes is not given".to_owned());
         };
-        let count = if count.fract() == 0.0 && (1.0..=MOST).contains(&count) {
-            count as usize
-        } else {
-            return Err(format!("it has {count} holes"));
+        let Some(rows) = rows.or((pattern != Pattern::Grid).then_some(1.0)) else {
+            return Err("the number of its lines is not given".to_owned());
         };
+        if [count, rows].iter().any(|count| count.fract() != 0.0 || *count < 1.0) || count * rows > MOST {
+            return Err(format!("it has {count} x {rows} holes"));
+        }
+        let (count, rows) = (count as usize, rows as usize);
         let (first, second, _) = self.state.modal.plane.axes();
         let mm = self.state.modal.mm();
         if [first, second].iter().any(|axis| self.state.modal.axis_mm(*axis) != mm) {
@@ -190,6 +194,10 @@ impl Runner<'_> {
         let [third, fourth, fifth] = [third, fourth, fifth].map(|value| value.unwrap_or(0.0));
         let mut places: Vec<[f64; 2]> = match pattern {
             Pattern::Row => (0..count).map(|index| place(fourth + index as f64 * fifth, third)).collect(),
+            Pattern::Grid => {
+                let at = |(row, column)| to_and_fro([x, y], third, [fourth, fifth], [row, column], count);
+                (0..rows * count).map(|index| at((index / count, index % count)).map(|at| at * mm)).collect()
+            }
             _ => {
                 let step = if fifth == 0.0 { TAU.to_degrees() / count as f64 } else { fifth };
                 (0..count).map(|index| place(third, fourth + index as f64 * step)).collect()
@@ -216,8 +224,11 @@ impl Runner<'_> {
             return self.not_followed(word, "X, Y and Z are not all given, that along the tool as a position");
         }
         let mut hole = match self.defined_hole(number, drill) {
-            Ok(hole) if !hole.is_relative() => hole,
-            Ok(_) => return self.not_followed(word, "the cycle defined last begins where the tool stands"),
+            Ok(hole) if !hole.is_relative() && hole.centre().is_none() => hole,
+            Ok(_) => {
+                let why = "the cycle defined last begins where the tool stands, or at a centre of its own";
+                return self.not_followed(word, why);
+            }
             Err(why) => return self.not_followed(word, &why),
         };
         let (target, mut words) = self.target(request, false);
@@ -266,12 +277,20 @@ fn lines(q: &Parameters) -> Result<Vec<[f64; 2]>, String> {
     if columns.saturating_mul(rows) as f64 > MOST {
         return Err(format!("it has {columns} x {rows} holes"));
     }
-    let place = |index: usize| {
-        let (row, column) = (index / columns, index % columns);
-        let column = if row % 2 == 0 { column } else { columns - 1 - column };
-        around(around([x, y], column as f64 * along, turn), row as f64 * across, turn + 90.0)
-    };
+    let place = |index: usize| to_and_fro([x, y], turn, [along, across], [index / columns, index % columns], columns);
     Ok((0..columns * rows).map(place).collect())
+}
+
+/// A place of a grid that is turned about its first one: row and column of steps across and along; odd rows run back.
+fn to_and_fro(
+    first: [f64; 2],
+    turn_deg: f64,
+    [along, across]: [f64; 2],
+    [row, column]: [usize; 2],
+    columns: usize,
+) -> [f64; 2] {
+    let column = if row % 2 == 0 { column } else { columns - 1 - column };
+    around(around(first, column as f64 * along, turn_deg), row as f64 * across, turn_deg + 90.0)
 }
 
 /// The point at a distance from another, in a direction in degrees from the first axis towards the second.

@@ -14,8 +14,8 @@ use crate::values::parameters::Key;
 /// Least and greatest coordinates, mm.
 pub type Space = [[f64; 3]; 2];
 
-/// Q parameters that are positions: the surface of drilling and pockets, start and end of a face.
-pub(crate) const POSITIONS: [u32; 5] = [203, 225, 226, 227, 386];
+/// Q parameters that are positions: the surface of drilling and pockets, start and end of a face, a centre.
+pub(crate) const POSITIONS: [u32; 7] = [203, 225, 226, 227, 386, 216, 217];
 
 /// A pocket of Sinumerik, by its arguments (RTP, RFP, SDIS, DP, …).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,19 +26,38 @@ pub enum Pocket {
     Circle,
 }
 
+/// How far a boring tool leaves the wall of its hole (Q214).
+const BESIDE_MM: f64 = 0.2;
+
+/// Whether a cycle goes to a centre of its own, Q216 and Q217.
+pub(crate) fn has_centre(number: u16, q: impl Fn(u32) -> Option<f64>) -> bool {
+    matches!(number, 210..=215) || number == 254 && q(367) == Some(0.0)
+}
+
 /// How far from its place a cycle of that number reaches at most, by its Q parameters and numbered lines, in their unit.
-pub(crate) fn reach(number: u16, q: impl Fn(u32) -> Option<f64>, lines: &[Option<f64>]) -> Result<f64, String> {
+pub(crate) fn reach(
+    number: u16,
+    q: impl Fn(u32) -> Option<f64>,
+    lines: &[Option<f64>],
+    mm: f64,
+) -> Result<f64, String> {
     let line = |index: usize| lines.get(index).copied().flatten();
     let half = |size: Option<f64>| size.map(|size| size / 2.0);
     let diagonal = |sides: (Option<f64>, Option<f64>)| sides.0.zip(sides.1).map(|(x, y)| x.hypot(y));
     let reach = match number {
         3 | 4 => diagonal((line(4), line(5))),
         5 => line(4),
+        202 => Some(BESIDE_MM / mm),
         208 => half(q(335)),
+        211 => half(q(244)).zip(q(219)).map(|(radius, width)| radius + width),
+        214 | 215 => q(222).zip(q(223)).map(|(blank, finished)| blank.max(finished)),
+        233 => diagonal((q(218), q(219))).map(|reach| reach + q(357).unwrap_or(0.0)),
+        240 => q(344).map(|diameter| diameter.abs() / 2.0),
         252 => half(q(223)),
+        254 => half(q(375)).zip(q(219)).map(|(radius, width)| radius + width),
         256 => diagonal((q(424), q(425))),
         257 => q(222),
-        262 => q(335),
+        262..=267 => q(335),
         _ => diagonal((q(218), q(219))),
     };
     reach.filter(|reach| *reach > 0.0 && reach.is_finite()).ok_or_else(|| "its size is not given".to_owned())
@@ -46,7 +65,7 @@ pub(crate) fn reach(number: u16, q: impl Fn(u32) -> Option<f64>, lines: &[Option
 
 /// Whether the manual says that a cycle ends where it began: else both axes of the plane have to be named after it.
 fn ends_at_its_place(number: u16) -> bool {
-    matches!(number, 4 | 5 | 208)
+    matches!(number, 4 | 5 | 208 | 240)
 }
 
 impl Runner<'_> {
@@ -75,6 +94,9 @@ impl Runner<'_> {
     /// A pocket, slot or bore around where the tool stands.
     pub(crate) fn mill_here(&mut self, hole: &CalledHole, number: u16, reach: f64) {
         let third = self.state.modal.plane.axes().2;
+        if let Some(centre) = hole.centre() {
+            self.go_to_place(centre, [216, 217].map(|number| self.state.defined.said(number)));
+        }
         let at = self.state.position;
         let [plane, bottom, retract] = hole.heights();
         let mut space = [at.map(|middle| middle - reach), at.map(|middle| middle + reach)];

@@ -50,7 +50,13 @@ pub(crate) fn is_idle(code: G) -> bool {
 pub(crate) fn is_frame(code: G) -> bool {
     matches!(
         code,
-        G::SetRegister | G::OffsetRegister | G::Shift(_) | G::Pole(_) | G::CancelRegister(_) | G::RestoreRegister
+        G::SetRegister
+            | G::OffsetRegister
+            | G::ResetDatum
+            | G::Shift(_)
+            | G::Pole(_)
+            | G::CancelRegister(_)
+            | G::RestoreRegister
     ) || matches!(code, G::SetData | G::SetWorkOffset | G::ToolOffset | G::Rotate | G::Scale)
         || matches!(code, G::Mirror(_) | G::EndMirror)
 }
@@ -125,9 +131,10 @@ impl Runner<'_> {
             G::Scale => self.scale(request, word),
             G::Mirror(at_zero) => self.mirror(request, at_zero, word),
             G::EndMirror => self.end_mirror(request, word),
-            G::SetRegister | G::OffsetRegister | G::SetWorkOffset if self.is_turned() => {}
+            G::SetRegister | G::OffsetRegister | G::ResetDatum | G::SetWorkOffset if self.is_turned() => {}
             G::SetRegister => self.set_register(request),
-            G::OffsetRegister => self.offset_register(request),
+            G::OffsetRegister => self.offset_register(self.given(request), request),
+            G::ResetDatum => self.offset_register([Some(0.0); 3], request),
             G::Pole(from) => self.set_pole(request, from),
             G::Shift(adds) => self.shift(request, adds),
             G::CancelRegister(forget) => self.cancel_register(forget),

@@ -178,8 +178,7 @@ impl Runner<'_> {
     }
 
     /// G52: the offset gets the values given, whatever the present position.
-    pub(crate) fn offset_register(&mut self, request: &Request) {
-        let given = self.given(request);
+    pub(crate) fn offset_register(&mut self, given: [Option<f64>; 3], request: &Request) {
         let adds = [0, 1, 2].map(|axis| request.reference(AXES[axis]) == Some(true));
         self.reframe(|frame| {
             let before = |axis: usize| if adds[axis] { frame.register[axis] } else { 0.0 };

@@ -8,6 +8,7 @@ use crate::modes::request::Request;
 use crate::reading::names::skip_blank;
 use crate::reading::number;
 use crate::run::{Runner, AXES};
+use crate::values::parameters::Key;
 
 /// Indices of `Frame::parts`.
 pub(crate) const MIRRORS: usize = 0;
@@ -128,7 +129,12 @@ impl Runner<'_> {
         let linear = part.and_then(|part| self.linear_of_cycle(part, text, head, word));
         match part {
             Some(part) if linear.is_some() => self.set_part(part, linear, word),
-            None if leaves_plane(text) => {}
+            None if leaves_plane(text) => {
+                // The control computes where A, B and C go for it.
+                for number in (120..=122).filter(|_| text.contains("SPATIAL") && text.contains("TABLE ROT")) {
+                    self.state.store.set(Key::Number(number), 0.0);
+                }
+            }
             _ => self.unfollowed(word),
         }
     }

@@ -25,7 +25,7 @@ impl Runner<'_> {
     }
 
     /// The rest of the line in lower case, without a comment.
-    fn line_text(&self, at: usize) -> String {
+    pub(crate) fn line_text(&self, at: usize) -> String {
         let end = self.program.blocks().get(self.block).map_or(at, |block| block.end as usize);
         let text = self.program.source().get(at..end).unwrap_or(&[]);
         let text: String = text.iter().map(|byte| char::from(byte.to_ascii_lowercase())).collect();
@@ -44,6 +44,11 @@ impl Runner<'_> {
             let message = "the number of repetitions is no whole number".into();
             return self.refuse(finding::FLOW, statement.at, message, "write CALL LBL 1 REP 3");
         };
+        self.repeat_from(start, times);
+    }
+
+    /// Runs what lies between a block and this one so many times more.
+    pub(crate) fn repeat_from(&mut self, start: usize, times: u64) {
         let here = self.block;
         if !self.counters.iter().any(|(block, _)| *block == here) {
             self.counters.push((here, times));

@@ -55,13 +55,34 @@ impl Runner<'_> {
                 next
             }
             Flow::Section => {
-                let hint = "write the blocks where they are to be run; the path goes on as if this line were not there";
-                let message = "repeating a section of the program by its labels is not followed".into();
-                self.refuse(finding::FLOW, statement.at, message, hint);
-                next
+                self.next = next;
+                self.repeat_section(statement);
+                self.next
             }
             _ => self.follow_label(statement),
         }
+    }
+
+    /// `REPEAT START P=3`: what lies between the label before it and this line is run three times more.
+    fn repeat_section(&mut self, statement: &Statement) {
+        let text = self.line_text(statement.arguments);
+        let mut parts = text.split_ascii_whitespace();
+        let (label, times) = (parts.next().unwrap_or(""), parts.next().unwrap_or("p=1"));
+        let times = times.strip_prefix("p=").filter(|_| parts.next().is_none()).and_then(|times| times.parse().ok());
+        let of_block = self.table_word(statement).eq_ignore_ascii_case(b"REPEATB");
+        let ends = self.labels().section("endlabel").is_some();
+        let start = self.labels().target(label.as_bytes(), statement.block, Direction::Backward);
+        if let (Some(start), Some(times), false, false) = (start, times, of_block, ends) {
+            return self.repeat_from(start, times);
+        }
+        let hint = "write the blocks where they are to be run; the path goes on as if this line were not there";
+        let message = "repeating one block, or a section between two labels or to ENDLABEL, is not followed".into();
+        self.refuse(finding::FLOW, statement.at, message, hint);
+    }
+
+    /// The keyword of a line.
+    fn table_word(&self, statement: &Statement) -> &[u8] {
+        self.program.source().get(statement.at..statement.arguments).unwrap_or(&[]).trim_ascii()
     }
 
     /// `FOR R1=1 TO 5`: the variable, and whether its value is within the bound.

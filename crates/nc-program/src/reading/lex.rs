@@ -54,6 +54,7 @@ impl Lexer<'_> {
             let first = self.words.len() == first_word;
             match class {
                 Class::LineEnd => break,
+                _ if first && self.is_remark() => self.at = self.scanner.line_end(self.at),
                 Class::Name if first && self.is_file_name() => self.at = self.scanner.line_end(self.at),
                 Class::Name => self.word_slowly(self.at, self.letter(self.at)),
                 Class::LineComment => self.at = self.scanner.line_end(self.at),
@@ -86,6 +87,11 @@ impl Lexer<'_> {
         let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
         self.blocks.push(Block { start, end, first_word, optional, tape_mark });
         self.at += 1;
+    }
+
+    /// Whether a line is a remark: no block of Klartext begins with a bracket; set-up sheets above a program do.
+    fn is_remark(&self) -> bool {
+        self.dialect.flow == FlowStyle::Labels && self.source.get(self.at) == Some(&b'(')
     }
 
     /// Whether a line goes on with an optional block: Q parameters behind one with `~`, or `$` of an OSP.

@@ -61,7 +61,9 @@ impl Lexer<'_> {
             Name::Code(G::Plane(_)) if self.is_axis_value(start, end) => {
                 return self.address(start, end, self.source[start].to_ascii_uppercase());
             }
-            Name::Text(G::DefineCycle(_)) => self.head_end(end),
+            Name::Text(G::DefineCycle(_) | G::Pattern(_)) if self.dialect.flow == FlowStyle::Labels => {
+                self.head_end(end)
+            }
             Name::Text(_) => self.text_end(end),
             Name::Code(_) | Name::Function(_) => end,
             Name::Inert => match self.arguments_end(end) {

@@ -8,7 +8,7 @@ import numpy as np
 
 from trueloop.errors import Code
 from trueloop.nc.edit.shape_words import PLAIN_CORNER, SHAPE, TURNS
-from trueloop.nc.expand.block import gives_spline
+from trueloop.nc.expand.block import gives_spline, motion_word
 from trueloop.nc.expand.expand import WrittenOut, written_out
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.program import Program
@@ -20,6 +20,9 @@ _SHAPING: Final = re.compile(
 )
 """Pattern of blocks whose words may shape a move beside its end; it may match more."""
 
+
+_POLAR: Final = ("LP", "CP")
+"""Moves of Klartext to a radius and an angle about the pole."""
 
 _SPLINE: Final = tuple(re.compile(letter + rb"[ \t]*0*5(?!\d)") for letter in (b"G", b"g"))
 """Splines of LinuxCNC, G5 to G5.2; they may match more. One that minds no case takes four times as long."""
@@ -33,9 +36,12 @@ def has_shapes(letters: Collection[str], dialect: Dialect) -> bool:
 
 
 def written_out_file(
-    program: Program, parameters: Mapping[str, float], *, skipped_blocks: bool
+    program: Program, parameters: Mapping[str, float], *, skipped_blocks: bool, keeps_polar: bool
 ) -> tuple[Program, WrittenOut]:
-    """Writes the whole program out and returns both. Raises what running it strictly does, and NC-EDIT."""
+    """Writes the whole program out and returns both. Raises what running it strictly does, and NC-EDIT.
+
+    keeps_polar: LP and CP of Klartext keep their words: where every position has one displacement, CC has it too.
+    """
 
     def run(program: Program) -> ToolPath:
         return program.run(
@@ -47,7 +53,13 @@ def written_out_file(
     blocks = np.zeros(program.block_count, dtype=np.bool_)
     blocks[[program.core.block_at(found.start()) for found in _SHAPING.finditer(program.source)]] = True
     wordless = (path.word < 0).all(axis=1) | (path.motion == Motion.ARC)
-    done = written_out(program, path, np.flatnonzero(blocks[path.block] | wordless).tolist(), run)
+    drawn = blocks[path.block] | wordless
+    if keeps_polar and program.dialect.klartext:
+        words = ((block.index, motion_word(program, block)) for block in program.blocks)
+        kept = np.zeros(program.block_count, dtype=np.bool_)
+        kept[[index for index, word in words if word is not None and word.text.upper() in _POLAR]] = True
+        drawn &= ~kept[path.block]
+    done = written_out(program, path, np.flatnonzero(drawn).tolist(), run)
     if program.dialect.splines:
         with done.in_lines_of(program):
             # Refuses a spline that was not written out, as one without any length: its end would stay where it was

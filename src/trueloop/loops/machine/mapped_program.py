@@ -159,7 +159,7 @@ def mapped_pieces(
     for refusal in _not_followed(survey, field):
         raise refusal
     mapper = _mapper(field, survey, options, parameters)
-    text = _text(source, survey, options, parameters)
+    text = _text(source, survey, field, options, parameters)
     options_of_id = {"field": field.identity, "parameters": dict(parameters), **vars(options)}
     identity = record_id({"program": survey.sha256}, options_of_id)
     return _written(mapper, text, survey, _mark(identity, survey, parameters), identity, options.unit)
@@ -181,7 +181,7 @@ def obstacles(
     mapper = _mapper(field, survey, options, parameters)
     mapper.gather()
     try:
-        text = _text(source, survey, options, parameters)
+        text = _text(source, survey, field, options, parameters)
         for _ in _displaced(mapper, text):
             pass
         found += [_obstacle(text, *one) for one in mapper.obstacles()]
@@ -317,11 +317,12 @@ class _Text:
         return self.drawn[1].source_line(self.drawn[0], line) if self.drawn else line
 
 
-def _text(source: Pieces, survey: Survey, options: MapOptions, values: Mapping[str, float]) -> _Text:
+def _text(source: Pieces, survey: Survey, field: Field, options: MapOptions, values: Mapping[str, float]) -> _Text:
     if not survey.drawn:
         return _Text(source())
     program = read_program(b"".join(source()), survey.dialect, None, options.unit, options.decimals)
-    drawn = written_out_file(program, values, skipped_blocks=options.skipped_blocks)
+    skipped = options.skipped_blocks
+    drawn = written_out_file(program, values, skipped_blocks=skipped, keeps_polar=field.is_shift)
     return _Text([drawn[1].program.source], drawn)
 
 

@@ -46,6 +46,11 @@ class Field:
     tools: tuple[CutterTool, ...] | None = None
     work_mm: Mapping[int, tuple[float, float, float]] = field(default_factory=dict)
 
+    @property
+    def is_shift(self) -> bool:
+        """Returns whether every position has one displacement."""
+        return self.identity.get("matrix") == np.eye(3).tolist()
+
     def displacement_mm(self, points_mm: Array) -> Array:
         """Returns displacements at (n, 3) positions. Raises NC-FIELD for one outside of where the field is known."""
         points = np.ascontiguousarray(points_mm, dtype=np.float64)
