@@ -10,7 +10,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.identify.form import Form, fit_form
 from trueloop.machine.identify.identify import Identification, identify
-from trueloop.machine.identify.judge_fit import compare, hold_out
+from trueloop.machine.identify.judge_fit import compare, contradictions, hold_out
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
@@ -126,6 +126,27 @@ def test_a_run_left_out_is_judged_without_its_zero_and_slope() -> None:
     moved = replace(data, reading=data.reading + np.unique(data.run, return_inverse=True)[1] * 0.01)
     model = found.model
     assert _rms_mm(model, moved) == pytest.approx(_rms_mm(model, data), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("run", "factor", "words"),
+    [
+        ("XX0", 1.0, None),
+        ("ZZ1", -1.0, "predicted from them it is"),  # half as large as the scatter allows: worse than without a model
+        ("XY1", 1e-3, "its readings' stated uncertainty is 0.3 µm"),  # mm in a column of µm: noise alone would be more
+        ("ZZ1", 1e-3, "its readings' stated uncertainty is 0.3 µm"),
+    ],
+)
+def test_a_small_run_of_another_sign_or_unit_is_refused_by_name(run: str, factor: float, words: str | None) -> None:
+    """A contradiction is judged by chance, not against a multiple of the scatter: the wrong run makes that larger."""
+    campaign = _campaign(3)
+    own = np.array(campaign.data.run) == run
+    data = replace(campaign.data, reading=np.where(own, factor, 1.0) * campaign.data.reading)
+    found = campaign.fitted(data)
+    held = hold_out(data, found, lambda others: campaign.fitted(others).model)
+    wrong = contradictions((found, held), data)
+    assert [one.run for one in wrong if one.refused] == ([] if words is None else [run])
+    assert words is None or words in wrong[0].message
 
 
 def test_a_constant_of_the_model_says_what_all_zeros_say_together() -> None:

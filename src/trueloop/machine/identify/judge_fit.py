@@ -185,6 +185,11 @@ CERTAIN = 5.0
 CONTRADICTS = 9.0
 """Mean square of a left-out run's deviations, in units of their predicted variance, from which it contradicts."""
 
+BY_CHANCE = 1e-3
+"""Probability by the F distribution that chance makes larger deviations of a left-out run, below which it contradicts
+where its readings tell why: the other sign, units mixed up; or of any run that is predicted worse than without a model.
+"""
+
 DIFFERS = 1.5
 """As CONTRADICTS where no uncertainty is stated: the scatter, which the wrong run makes larger, is the measure."""
 
@@ -192,10 +197,16 @@ LACK_OF_FIT = 3.0
 """Scatter in units of the stated uncertainty from which the run that fits least is named."""
 
 LEAST_SCATTER = 0.05
-"""Scatter in units of the stated uncertainty below which that, or the unit of the readings, is wrong."""
+"""Scatter, or RMS of a run's readings, in units of the stated uncertainty below which that, or the unit, is wrong."""
 
 MOST_SCATTER = 100.0
 """Scatter in units of the stated uncertainty above which that, or the unit of the readings, is wrong."""
+
+EXACTLY = 1e-9
+"""Readings of a run that differ by less are all alike, by rounding."""
+
+FEWEST_OF_RUN = 5
+"""Readings of a run from which their differences are judged beside its own zero and slope."""
 
 FEWEST = 10
 """Degrees of freedom from which the scatter is judged."""
@@ -221,7 +232,8 @@ class Contradiction:
     """A run of readings that does not agree with what all others predict of it.
 
     `gain` is the slope b, NaN where the run is not proportional to its prediction; `rms` and `raw` are the RMS left by
-    the prediction and of the readings, in `unit`. `refused`: no model is to be made with it.
+    the prediction and of the readings, in `unit`, `standard_u` their stated uncertainty where they differ by far less.
+    `refused`: no model is to be made with it.
     """
 
     run: str
@@ -230,10 +242,16 @@ class Contradiction:
     rms: float
     raw: float
     refused: bool
+    standard_u: float | None = None
 
     @property
     def message(self) -> str:
         """Returns by how much the run disagrees."""
+        if self.standard_u is not None:
+            return (
+                f"run {self.run!r} differs by {self.raw:.2g} {self.unit} RMS, its readings' stated uncertainty is "
+                f"{self.standard_u:.2g} {self.unit}"
+            )
         left = f"{self.rms:.2f} {self.unit} RMS off, its readings are {self.raw:.2f} {self.unit}"
         if np.isnan(self.gain):
             return f"run {self.run!r} contradicts the others: predicted from them it is {left}"
@@ -242,6 +260,8 @@ class Contradiction:
     @property
     def hint(self) -> str:
         """Returns what may be wrong with it."""
+        if self.standard_u is not None:
+            return "name the unit that the run is in: reading_mm, reading_um, reading_in; or state its uncertainty"
         if np.isnan(self.gain):
             return "look at positions, axis, direction and unit of the run; or a term is missing in the model"
         if self.gain < 0:
@@ -254,31 +274,51 @@ def contradictions(judged: Judged, readings: Observations) -> tuple[Contradictio
     """Returns the runs that disagree with what the others predict of them, the least probable first; the least probable
     of all where the model as a whole leaves more than `LACK_OF_FIT` times the stated uncertainty.
 
-    A run is refused where its sign is the other, its slope is that of units mixed up, or the prediction leaves more
-    than the readings themselves are, beyond what the uncertainties of both allow.
+    A run is refused where its sign is the other, its slope is that of units mixed up, the prediction leaves more than
+    the readings themselves are, beyond chance, or where the readings differ by next to nothing of their uncertainty.
     """
     found, held = judged
     stated = _stated(readings)
-    allowed = CONTRADICTS * max(found.scatter, 1.0) ** 2 if stated else DIFFERS * found.scatter**2
+    scatter2 = max(found.scatter, 1.0) ** 2 if stated else found.scatter**2
     every: list[tuple[float, bool, Contradiction]] = []
     for run in held:
         for unit, left in run.by_unit.items():
             gain, chi2 = _certain_gain(left), np.inf if left.chi2 is None else left.chi2
             worse = left.rms > left.raw and left.chi2 is not None and stated
-            wrong = chi2 > allowed and (worse or not np.isnan(gain))
-            refused = wrong and (worse or gain < 0 or bool(_mixed_units(gain)))
-            every.append(
-                (
-                    -chi2,
-                    wrong,
-                    Contradiction(run=run.run, unit=unit, gain=gain, rms=left.rms, raw=left.raw, refused=refused),
-                )
+            told = gain < 0 or bool(_mixed_units(gain))
+            chance = BY_CHANCE / (1 if told else len(held))
+            limit = _by_chance(left.readings, found.degrees_of_freedom, chance) if told or worse else CONTRADICTS
+            wrong = chi2 > (limit if stated else DIFFERS) * scatter2 and (worse or not np.isnan(gain))
+            u = _stated_u(readings, run.run, unit)
+            small = left.readings >= FEWEST_OF_RUN and u * EXACTLY < left.raw < u * LEAST_SCATTER
+            contradiction = Contradiction(
+                run=run.run,
+                unit=unit,
+                gain=gain,
+                rms=left.rms,
+                raw=left.raw,
+                refused=small or (wrong and (told or worse)),
+                standard_u=u if small else None,
             )
+            every.append((-np.inf if small else -chi2, small or wrong, contradiction))
     every.sort(key=lambda entry: entry[0])
     disagreeing = tuple(contradiction for _, wrong, contradiction in every if wrong)
     if every and not disagreeing and stated and found.scatter > LACK_OF_FIT:
         return (every[0][2],)
     return disagreeing
+
+
+def _by_chance(readings: int, degrees_of_freedom: int, chance: float) -> float:
+    """Returns the mean square of a run's deviations, in units of the scatter's, that this probability exceeds."""
+    from scipy.special import fdtri
+
+    return float(fdtri(readings, max(degrees_of_freedom, 1), 1.0 - chance))
+
+
+def _stated_u(readings: Observations, run: str, unit: str) -> float:
+    """Returns the median stated uncertainty of a run's lengths, µm, or angles, µrad; NaN where none is stated."""
+    rows = (np.array(readings.run) == run) & (readings.is_angle == (unit == "µrad"))
+    return float(np.median(readings.standard_u[rows])) * (URAD_PER_RAD if unit == "µrad" else UM_PER_MM)
 
 
 def _certain_gain(left: Left) -> float:
