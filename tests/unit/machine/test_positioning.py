@@ -30,16 +30,27 @@ def test_values_by_hand() -> None:
     assert result.accuracy.both == pytest.approx((4 + 2 * root) - (1 - 2 * root))
 
 
-def test_a_csv_in_any_order_and_unit(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("targets", "readings", "unit", "target_mm", "reading_mm"),
+    [
+        ("target_in", "actual_in", None, 25.4, 25.4),
+        ("target_mm", "actual_in", None, 1.0, 25.4),
+        ("target_in", "actual_um", None, 25.4, 1e-3),
+        ("target_mm", "actual_um", "in", 1.0, 25.4),  # --unit: that of the readings, in place of the heading's
+    ],
+)
+def test_a_csv_in_any_order_and_unit(
+    tmp_path: Path, targets: str, readings: str, unit: str | None, target_mm: float, reading_mm: float
+) -> None:
     rows = [
-        f"{target / 25.4!r},{way},{cycle + 1},{float(target + 1e-3 * table[k, cycle]) / 25.4!r}"
+        f"{target / target_mm!r},{way},{cycle + 1},{float(target + 1e-3 * table[k, cycle]) / reading_mm!r}"
         for way, table in (("up", UP), ("down", DOWN))
         for cycle in (1, 0)
         for k, target in ((2, 20.0), (0, 0.0), (1, 10.0))
     ]
     path = tmp_path / "x.csv"
-    path.write_text("\n".join(["target_in,approach,cycle,actual_in", *rows]))
-    result = read_positioning(path)
+    path.write_text("\n".join([f"{targets},approach,cycle,{readings}", *rows]))
+    result = read_positioning(path, unit)
     np.testing.assert_allclose(result.deviation_up, 1e-3 * UP, atol=1e-12)
     np.testing.assert_allclose(result.deviation_down, 1e-3 * DOWN, atol=1e-12)
 
@@ -123,7 +134,7 @@ def test_targets_of_a_few_hundred_micrometers_are_millimeters(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("text", "code"),
     [
-        ("target_mm,approach,cycle,actual_in\n0,up,1,0\n", Code.MCH_FILE),
+        ("target_mm,approach,cycle,actual_deg\n0,up,1,0\n", Code.MCH_FILE),
         ("target_mm,approach,cycle,actual_mm\n0,up,1,zero\n", Code.MCH_FILE),
         ("target_mm,approach,cycle,actual_mm\n0,sideways,1,0\n", Code.MCH_FILE),
         ("target_ft,approach,cycle,actual_ft\n0,up,1,0\n", Code.MCH_UNIT),

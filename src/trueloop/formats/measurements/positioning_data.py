@@ -1,6 +1,6 @@
 """Bidirectional positioning tests: CSV, and the assignments that ecmc's measuring scripts write.
 
-CSV: `target_mm,approach,cycle,actual_mm` (or `target_deg`, `actual_deg`; `in`), approach `up` or `down`; both, or one
+CSV: `target_mm,approach,cycle,actual_mm` (or `_in`, `_deg`, each its own), approach `up` or `down`; both, or one
 alone. In place of the position reached, `deviation_um` (`_mm`, `_in`; `_arcsec`, `_deg`): it less the target.
 Assignments: `TGT_DATA[i]=…`, `REF_DATA_FWD[i,cycle]=…`, `REF_DATA_BWD[i,cycle]=…`, `UNIT=mm`. Each is given once.
 """
@@ -157,11 +157,11 @@ def _csv(text: str, path: Path, unit: str | None) -> Test:
     scales = {one: by for one, by in (SCALE | ARCSECONDS).items() if (one in ("deg", "arcsec")) == angular}
     if unit is not None and unit not in scales:
         raise file.refusal(f"--unit {unit}: {target} is in another kind of unit", None, f"one of {', '.join(scales)}")
-    readings = {f"actual_{units[0]}": 1.0} | {f"deviation_{one}": by / SCALE[units[0]] for one, by in scales.items()}
+    readings = [f"{kind}_{one}" for kind in ("actual", "deviation") for one in (units[0], *scales)]
     given = [name for name in dict.fromkeys(file.header) if name in readings]
     if len(given) > 1:
         raise file.refusal(f"{len(given)} of its columns are readings: {', '.join(given)}; one is needed")
-    reading = given[0] if given else next(iter(readings))
+    reading = given[0] if given else readings[0]
     rows = file.rows((target, "approach", "cycle", *readings))
     targets: Numbered = {}
     tables: dict[str, Table] = {way: {} for way in WAYS}
@@ -170,8 +170,9 @@ def _csv(text: str, path: Path, unit: str | None) -> Test:
     if unit is None and deviates:
         with in_file(path):
             require_plausible(columns[3], stated, scales, angular)
-    of_reading = scales[unit or stated] / SCALE[units[0]] if deviates else 1.0
-    of_target = (unit if unit in SCALE and not deviates else None) or units[0]
+    alone = deviates or stated != units[0]  # positions in the unit of the targets share what `unit` states
+    of_reading = scales[unit or stated] / SCALE[units[0]] if alone else 1.0
+    of_target = (unit if unit in SCALE and not alone else None) or units[0]
     for row, (at, way, cycle, reached) in enumerate(zip(*columns, strict=True)):
         if way not in WAYS or cycle % 1:
             raise rows.refusal(row, f"approach {way!r}, cycle {cycle:g}: not up or down and a whole number")
