@@ -205,6 +205,10 @@ def _notes(job: "MilledJob", proposal: "Proposal") -> list[str]:
         f"{name}: far off what tools and work offsets explain; it has no part in these numbers, measure it again"
         for name in proposal.unlike
     ]
+    notes += [
+        f"{entry.words}: only {name} shows it, read once; a chip there would be entered too: measure it a second time"
+        for entry, name in proposal.by_one_reading.items()
+    ]
     notes += [f"{name}: not in the program; tool and work offset are as stated" for name in job.cut.stated]
     if job.unused:
         listed = ", ".join(job.unused[:10]) + (", …" if len(job.unused) > 10 else "")
@@ -248,5 +252,6 @@ def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
             {**_feature_as_dict(one), "line": job.cut.lines.get(one.name)} for one in job.cut.features.values()
         ],
         "unlike": list(proposal.unlike),
+        "by_one_reading": {entry.words: name for entry, name in proposal.by_one_reading.items()},
         "unused": list(job.unused),
     }

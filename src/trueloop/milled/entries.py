@@ -9,6 +9,7 @@ one number explains is put into one number, and what nothing determines stays as
 """
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -19,7 +20,7 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Judgement
 from trueloop.estimate.sizes import FAR, fitted_sizes
 from trueloop.estimate.state import Key, State
-from trueloop.milled.contradicted import PARTS_FOR_SIZES, require_as_stated
+from trueloop.milled.contradicted import PARTS_FOR_SIZES, SHOWS, require_as_stated
 from trueloop.milled.entry import PLAINEST, Entered, Entry, Part
 from trueloop.milled.observed import LASTING, ObservedSize, milled_catalogue, places_of
 from trueloop.statistics import rms
@@ -58,12 +59,14 @@ class ExpectedSize:
 @dataclass(frozen=True, eq=False)
 class Proposal:
     """The answer for the next part. `unlike`: features so far off what tools and work offsets explain, by a chip, a
-    recut or an error of their own, that they have no part in the entries.
+    recut or an error of their own, that they have no part in the entries. `by_one_reading`: proposed entries that a
+    single reading shows, with its name: a chip there is entered as well.
     """
 
     proposed: tuple[ProposedEntry, ...]
     expected: tuple[ExpectedSize, ...]
     unlike: tuple[str, ...]
+    by_one_reading: Mapping[Entry, str]
 
     @property
     def rms_mm(self) -> tuple[float, float]:
@@ -119,7 +122,14 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         ExpectedSize(one, measured.get(one.name), *(_judged(one, value[k], u[k]) for value in (now, after)))
         for k, one in enumerate(shown.values())
     )
-    return Proposal(tuple(proposed), expected, tuple(unlike))
+    readings = Counter(one.name for part in parts for one in part.shown)
+    by_one = dict[Entry, str]()
+    for entry in (one.entry for one in proposed):
+        moved = np.abs(effects[entry]) * alike
+        names = [name for name, each in zip(shown, moved, strict=True) if each > SHOWS * np.max(moved)]
+        if len(names) == 1 and readings[names[0]] == 1:
+            by_one[entry] = names[0]
+    return Proposal(tuple(proposed), expected, tuple(unlike), by_one)
 
 
 def _weights(shown: Sequence[ObservedSize]) -> Array:

@@ -291,6 +291,21 @@ def test_a_chip_in_a_bore_is_named_and_does_not_move_the_tool() -> None:
     assert abs(found.proposed[0].change - clean.proposed[0].change) <= 1e-3
 
 
+def test_a_number_that_one_reading_shows_is_told() -> None:
+    """The floor is the only face of tool 2, with a chip of 80 µm on it: of one part that is told, of two not."""
+    mill = Mill(scatter=5e-4)
+    rng = np.random.default_rng(2)
+    features = {name: replace(one, tool=2) if name == "floor" else one for name, one in FEATURES.items()}
+    length = Entry("length", "2")
+    readings = [
+        replace(one, actual=one.actual + 0.08 * (one.feature == "floor")) for one in mill.measured(rng, NOISE_MM)
+    ]
+    parts = [as_part(readings, k, {}, features=features) for k in range(2)]
+    once, twice = (propose("plate", parts[:count], (*POSSIBLE, length)) for count in (1, 2))
+    assert length in [one.entry for one in once.proposed]
+    assert (once.by_one_reading, twice.by_one_reading) == ({length: "floor, z"}, {})
+
+
 def of(name: str, kind: str, direction: tuple[float, float, float], size: float = 10.0) -> MilledFeature:
     return MilledFeature(name, kind, (20.0, 5.0, 0.0), 1, "G54", size, direction, 4.0)  # type: ignore[arg-type]
 
