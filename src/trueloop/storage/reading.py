@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 from operator import itemgetter
 from typing import Any, Final
 
-from sqlalchemy import Connection, Select, bindparam, select
+from sqlalchemy import Connection, Select, bindparam, func, select
 from sqlalchemy import Row as Result
 
 from trueloop.domain.codec import Codec
@@ -46,17 +46,23 @@ SHORT: Final = 500_000
 
 @dataclass(frozen=True)
 class Query:
-    """A search: a kind, by columns or by row, with or without superseded values."""
+    """A search: a kind, by columns or by row, with or without superseded values.
+
+    `whole`: with what is stored apart from the document; else it is empty, and only values that have a payload are
+    found of a kind that keeps it apart.
+    """
 
     kind: Kind
     columns: Mapping[str, str | None] = field(default_factory=dict)
     superseded: bool = False
     row: int | None = None
+    whole: bool = True
 
     def select(self) -> Select[Any]:
         """Returns the statement for all columns and the superseding row; it takes `parameters`."""
         columns = tuple((name, value is None) for name, value in self.columns.items())
-        return _asked(self.kind.table, self.superseded, columns, self.row is not None)
+        query = _asked(self.kind.table, self.superseded, columns, self.row is not None)
+        return query if self.whole else _without_payload(self.kind, query)
 
     @property
     def parameters(self) -> dict[str, str | int | None]:
@@ -77,6 +83,16 @@ def _asked(name: str, superseded: bool, columns: tuple[tuple[str, bool], ...], b
 
 
 @cache
+def _without_payload(kind: Kind, query: Select[Any]) -> Select[Any]:
+    """The statement for all columns but the payload, of rows that have one: JSON's null is none."""
+    if kind.aside != "payload":
+        return query
+    payload = TABLES[kind.table].c.payload
+    columns = [column for column in query.selected_columns if column.name != payload.name]
+    return query.with_only_columns(*columns).where(func.substr(payload, 1, 4) != "null")
+
+
+@cache
 def _all_of(name: str, superseded: bool) -> Select[Any]:
     """Every row of a table."""
     table = TABLES[name]
@@ -89,9 +105,9 @@ def _all_of(name: str, superseded: bool) -> Select[Any]:
 def found(connection: Connection, codec: Codec, query: Query) -> Iterator[Kept[Any]]:
     """Yields the values, oldest first."""
     for piece in connection.execute(query.select(), query.parameters).partitions(AT_ONCE):
-        apart = values_of(connection, [row.id for row in piece]) if query.kind.aside == "values" else {}
+        apart = values_of(connection, [row.id for row in piece]) if query.kind.aside == "values" and query.whole else {}
         for row in piece:
-            yield kept(row, decoded(codec, query.kind, row, apart.get(row.id, ())))
+            yield kept(row, decoded(codec, query.kind, row, apart.get(row.id, ()), query.whole))
 
 
 def kept(row: Result[Any], value: Any) -> Kept[Any]:
@@ -109,9 +125,9 @@ def kept(row: Result[Any], value: Any) -> Kept[Any]:
     )
 
 
-def decoded(codec: Codec, kind: Kind, row: Result[Any], values: tuple[Any, ...] = ()) -> Any:
+def decoded(codec: Codec, kind: Kind, row: Result[Any], values: tuple[Any, ...] = (), whole: bool = True) -> Any:
     """Decodes the value of a row. Raises VAL-FORM for what the codec does not know."""
-    texts = (row.document, row.payload) if kind.aside == "payload" else (row.document,)
+    texts = (row.document, row.payload) if kind.aside == "payload" and whole else (row.document,)
     read = _recent if sum(map(len, texts)) <= SHORT else _read
     value = read(codec, kind.type, *texts)
     return replace(value, values=values) if values else value

@@ -122,14 +122,19 @@ def keep(
         return [keeping.keep(one, supersedes) for one in given]
 
 
-def find(store: Store, kind: type[T], *, superseded: bool = False, **columns: str | None) -> list[Kept[T]]:
+def find(
+    store: Store, kind: type[T], *, superseded: bool = False, whole: bool = True, **columns: str | None
+) -> list[Kept[T]]:
     """Finds values of a type, oldest first, by the columns of `kinds`; superseded ones only with `superseded`.
+
+    `whole`: False leaves out what is stored apart, which takes most of the time: values of inspections, and payloads of
+    corrections, of which those that have one are found.
 
     `identity`, too, is a column: `find(store, Part, identity=joined(part.identity))`. Raises VAL-FORM for a correction
     whose product's codec the store was not opened with.
     """
     with store.reading() as connection:
-        return list(found(connection, store.codec, Query(kind_of(kind), columns, superseded)))
+        return list(found(connection, store.codec, Query(kind_of(kind), columns, superseded, whole=whole)))
 
 
 def _made_ready(store: Store, create: bool, read_only: bool, wait_s: float) -> None:

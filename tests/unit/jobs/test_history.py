@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.correction import example_correction, example_inputs
-from tests.support.kept import EDGE, MADE_AT, cut_of, inspected, of_part
+from tests.support.kept import EDGE, MADE_AT, TYPE, cut_of, inspected, of_part
 from trueloop.domain.life import Cut, Quarantine
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.record import Component
 from trueloop.domain.tool import Edge
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
@@ -23,6 +24,8 @@ from trueloop.jobs.store.where import named_store, store_of
 from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.stored import enveloped
+from trueloop.memory.edge import predict
+from trueloop.memory.edge.options import MemoryOptions
 from trueloop.storage.store import Store, find, keep, open_store
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -81,7 +84,9 @@ def test_parts_with_and_without_known_errors_of_the_machine_teach_their_own_kind
         correction = made[serial]
         if serial == "2611":
             nothing = np.zeros(len(correction.touches.point))
-            correction = replace(correction, composed=Composed(nothing, nothing, nothing, nothing))
+            composed, of_machine = Composed(nothing, nothing, nothing, nothing), [Component.of("", "", 0.0, 0.0)]
+            record = replace(correction.record, components=of_machine)
+            correction = replace(correction, composed=composed, record=record)
         keep_part(store, correction, cut_of(correction, serial, order=order), 1.0)
     history = history_of(store, EDGE)
     assert [(part.serial, part.order, part.minutes_in_cut) for part in history] == [("2511", 0, 0.0), ("2711", 1, 6.0)]
@@ -90,6 +95,31 @@ def test_parts_with_and_without_known_errors_of_the_machine_teach_their_own_kind
     inputs = with_history(store, replace(example_inputs("modbas2"), edge=EDGE))
     assert [part.serial for part in inputs.history] == ["2511", "2711"]
     assert any("known errors of the machine: 1. Today's touches contain these." in note for note in inputs.notes)
+
+
+def test_of_a_long_history_the_parts_that_predict_the_next_are_read(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The latest one, and the latest two of its type, with their place and age among all; of others no curve is."""
+    monkeypatch.setattr(predict, "REMEMBERED", 1)
+    monkeypatch.setattr(predict, "OF_TYPE", 2)
+    for order, (serial, correction) in enumerate(corrections().items()):
+        keep_part(store, correction, cut_of(correction, serial, order=order), 1.0 + order)
+    every = history_of(store, EDGE)
+    with store.writing() as connection:
+        connection.exec_driver_sql("DROP TRIGGER correction_no_update")
+        connection.exec_driver_sql("UPDATE correction SET payload = '[]' WHERE serial = '2511'")
+    inputs, of_type = replace(example_inputs("modbas2"), edge=EDGE), every[0].part_type
+    found = with_history(store, replace(inputs, part=TYPE)).history
+    assert found == every[1:] == predict.latest(every, of_type)
+    assert [(part.serial, part.order, part.minutes_in_cut) for part in found] == [("2611", 1, 3.0), ("2711", 2, 6.0)]
+    assert with_history(store, replace(inputs, part=PartType("other"))).history == every[2:]
+    assert history_of_tool(store, EDGE, until=(of_type, "new")) == every[1:]
+    monkeypatch.setattr(predict, "OF_TYPE", 1)
+    assert history_of_tool(store, EDGE, until=(of_type, "2711")) == every[1:]
+    frozen = replace(inputs, memory=MemoryOptions(memory="frozen", last_part="2511"))
+    with pytest.raises(AttributeError):  # the curves of 2511 are wanted
+        with_history(store, frozen)
 
 
 def test_a_part_not_yet_inspected_has_no_finish_and_another_edge_nothing(store: Store) -> None:

@@ -384,14 +384,15 @@ def _parts_of(store: Store, correction: Correction) -> tuple[tuple[MadePart, ...
     """
     record, of_machine = correction.record, correction.composed is not None
     part = record.inspections[0].part
-    parts = () if record.edge is None else history_of_tool(store, record.edge, (), of_machine)
     own = (name_of(part.part_type), part.serial)
+    parts = () if record.edge is None else history_of_tool(store, record.edge, (), of_machine, own)
     for k, one in enumerate(parts):
         if one.order >= 0 and (one.part_type, one.serial) == own:
             return parts[:k], one
     stage = Stage.SEMIFINISH if record.cut_with is None else Stage.FINISH
     setting = None if record.edge is None else Setting(record.edge, record.edge_set_at)
-    return parts, made_part(correction, Cut(part, stage, setting, order=sum(one.order >= 0 for one in parts)), None)
+    order = 1 + max((int(one.order) for one in parts), default=-1)
+    return parts, made_part(correction, Cut(part, stage, setting, order=order), None)
 
 
 def _on_part(touch: CmmTouch, frame: SetupFrame) -> CmmTouch:

@@ -1,6 +1,10 @@
-"""An edge's parts out of the store, as memory works on them: state is recomputed from records, never kept."""
+"""An edge's parts out of the store, as memory works on them: state is recomputed from records, never kept.
 
-from collections.abc import Iterator, Sequence
+Their order is known from a few words of each; curves and measured values, which take ten times as long to read, are
+read of the parts that are wanted.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any, Final
@@ -56,7 +60,8 @@ REMEMBERED: Final = "turned"
 class LivedPart:
     """A finish cut in the store with its correction and the inspection after it, None while there is none.
 
-    `order_in_doubt`: what is known of when it was cut contradicts itself or other parts.
+    Out of `life_of` both are without what is stored apart. `order_in_doubt`: what is known of when it was cut
+    contradicts itself or other parts.
     """
 
     cut: Cut
@@ -69,7 +74,7 @@ class LivedPart:
         """Returns whether its correction took known errors of the machine out: then S is of the process alone, so is
         E = F + C where the instrument after the finish cut sees the machine's errors, which the program corrected.
         """
-        return self.correction.payload.composed is not None
+        return bool(self.correction.record.components)
 
     @property
     def by_own_probe(self) -> bool:
@@ -92,8 +97,12 @@ def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
     return history_from(store, edge, [one for one in life if one.of_machine == life[-1].of_machine])
 
 
-def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequence[Cut] = ()) -> tuple[MadePart, ...]:
-    """Returns the history of some of what `life_of` gave; `also`: cuts in it that are not kept yet."""
+def history_from(
+    store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequence[Cut] = (), wanted: Sequence[int] | None = None
+) -> tuple[MadePart, ...]:
+    """Returns the history of some of what `life_of` gave: of all of it or, by position, of the `wanted`; `also`: cuts
+    in it that are not kept yet.
+    """
     # Minutes in cut of an edge before each of its cuts, as far back as every one of them states its own
     kept = since_mounting(store, edge, _with(find(store, Cut, edge=joined(edge.identity)), also))
     cuts = [one.value for one in kept]
@@ -107,8 +116,17 @@ def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequ
         age += minutes
     return tuple(
         replace(made_of(lived, order), minutes_in_cut=ages.get(lived.cut.identity), order_in_doubt=lived.order_in_doubt)
-        for order, lived in enumerate(life)
+        for order in (range(len(life)) if wanted is None else wanted)
+        for lived in [_whole(store, life[order])]
     )
+
+
+def _whole(store: Store, lived: LivedPart) -> LivedPart:
+    """Returns a part with its curves and measured values."""
+    if lived.correction.payload is not None:
+        return lived
+    (kept,) = find(store, Correction, identity=joined(lived.correction.record.identity))
+    return replace(lived, correction=kept.value, finish=finish_inspection(store, lived.cut))
 
 
 def life_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[LivedPart, ...]:
@@ -118,16 +136,16 @@ def life_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[L
     given = {lived.cut.identity: lived for lived in also}
     stored = find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH)
     cuts = since_mounting(store, edge, _with(stored, [lived.cut for lived in also]))
-    corrections = _whole(find(store, Correction, edge=joined(edge.identity), product=REMEMBERED))
+    corrections = _Corrections.of(find(store, Correction, whole=False, edge=joined(edge.identity), product=REMEMBERED))
     found = [
         (kept.row, kept.value, own.correction, own.finish)
         for kept in cuts
         if (own := given.get(kept.value.identity)) is not None
     ]
     found += [
-        (kept.row, kept.value, correction, finish_inspection(store, kept.value))
+        (kept.row, kept.value, correction, finish_inspection(store, kept.value, whole=False))
         for kept in _not_quarantined(store, [one for one in cuts if one.value.identity not in given])
-        if (correction := _correction_of(kept.value, corrections)) is not None
+        if (correction := corrections.of_cut(kept.value)) is not None
     ]
     dated = [
         Dated(cut, None if finish is None else finish.measured_at, row, touched_at(correction))
@@ -147,13 +165,13 @@ def touched_at(correction: Correction[Any]) -> datetime | None:
     return max((one for one in times if one is not None), default=None) if None not in times else None
 
 
-def finish_inspection(store: Store, cut: Cut) -> Inspection | None:
+def finish_inspection(store: Store, cut: Cut, *, whole: bool = True) -> Inspection | None:
     """Returns what a cut left, by the latest of the inspections linked to it: of those before the part left the
-    machine, where there are any. The two do not see the same [6876 §3.5].
+    machine, where there are any. The two do not see the same [6876 §3.5]. `whole`: with its values.
     """
     links = {kept.value.inspection: kept.value for kept in find(store, InspectionLink, cut=joined(cut.identity))}
     part = cut.part
-    of_part = find(store, Inspection, part_type=part.part_type.name, serial=part.serial) if links else []
+    of_part = find(store, Inspection, whole=whole, part_type=part.part_type.name, serial=part.serial) if links else []
     found = [kept.value for kept in of_part if kept.value.identity in links]
     on_machine = [one for one in found if not links[one.identity].released]
     return next(iter(reversed(on_machine or found)), None)
@@ -191,25 +209,29 @@ def whole_of_cut(store: Store, cut: Cut) -> LivedPart | None:
     if cut.setting is None or (word is not None and not word.lifted):
         return None
     edge, serial = joined(cut.setting.edge.identity), cut.part.serial
-    made = _whole(find(store, Correction, edge=edge, serial=serial, product=REMEMBERED))
-    correction = _correction_of(cut, made)
-    return None if correction is None else LivedPart(cut, correction, finish_inspection(store, cut), False)
+    made = _Corrections.of(find(store, Correction, whole=False, edge=edge, serial=serial, product=REMEMBERED))
+    correction = made.of_cut(cut)
+    return None if correction is None else _whole(store, LivedPart(cut, correction, None, False))
 
 
-def _correction_of(cut: Cut, corrections: list[Kept[Correction[Any]]]) -> Correction[turned.Correction] | None:
-    """That which the cut names; of one as programmed the last that was made for its part, whose touches it has."""
-    named = [kept.value for kept in corrections if kept.value.record.id == cut.correction]
-    of_part = [kept.value for kept in corrections if _made_for(kept.value, cut)]
-    return next(iter(reversed(named if cut.correction else of_part)), None)
+@dataclass(frozen=True)
+class _Corrections:
+    """Corrections with what the loop gave (of one imported as a record alone there are no curves), but without it: the
+    latest by its id and by each part that it was made from.
+    """
 
+    by_id: Mapping[str, Correction[Any]]
+    by_part: Mapping[Identity, Correction[Any]]
 
-def _whole(corrections: list[Kept[Correction[Any]]]) -> list[Kept[Correction[Any]]]:
-    """Those with what the loop gave: of a correction that was imported as a record alone there are no curves."""
-    return [kept for kept in corrections if isinstance(kept.value.payload, turned.Correction)]
+    @classmethod
+    def of(cls, corrections: Sequence[Kept[Correction[Any]]]) -> "_Corrections":
+        every = [kept.value for kept in corrections]
+        of_parts = {part.part.identity: one for one in every for part in one.record.inspections}
+        return cls({one.record.id: one for one in every}, of_parts)
 
-
-def _made_for(correction: Correction[Any], cut: Cut) -> bool:
-    return any(one.part.identity == cut.part.identity for one in correction.record.inspections)
+    def of_cut(self, cut: Cut) -> Correction[turned.Correction] | None:
+        """That which the cut names; of one as programmed the last that was made for its part, whose touches it has."""
+        return self.by_id.get(cut.correction) if cut.correction else self.by_part.get(cut.part.identity)
 
 
 def _not_quarantined(store: Store, cuts: list[Kept[Cut]]) -> Iterator[Kept[Cut]]:

@@ -63,8 +63,8 @@ def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> Pa
         return PartChanges()
     edge, part = lived.cut.setting.edge, lived.cut.part
     others = [one for one in earlier if one.cut.identity != lived.cut.identity]
-    history = history_of_tool(store, edge, [*others, lived], lived.of_machine)
     own = (name_of(part.part_type), part.serial)
+    history = history_of_tool(store, edge, [*others, lived], lived.of_machine, own)
     at = next((k for k, one in enumerate(history) if one.order >= 0 and (one.part_type, one.serial) == own), None)
     return PartChanges() if at is None else notice_part(history[:at], history[at]).get(Stage.FINISH, PartChanges())
 

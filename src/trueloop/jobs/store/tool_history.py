@@ -11,6 +11,7 @@ from trueloop.jobs.store.history import LivedPart, history_from, life_of, made_o
 from trueloop.jobs.store.order import mountings
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.made_parts import name_of
+from trueloop.memory.edge.predict import latest_of
 from trueloop.memory.edge.refuse import FIRST
 from trueloop.memory.made_part import MadePart
 from trueloop.storage.kinds import joined
@@ -67,16 +68,37 @@ def parts_of_earlier_edges(
 
 
 def history_of_tool(
-    store: Store, edge: Edge, also: Sequence[LivedPart] = (), of_machine: bool | None = None
+    store: Store,
+    edge: Edge,
+    also: Sequence[LivedPart] = (),
+    of_machine: bool | None = None,
+    until: tuple[str, str] | None = None,
 ) -> tuple[MadePart, ...]:
     """Returns the latest parts of earlier edges of a tool, their `order` below 0, and then all of its edge, as
     `history_of` takes these. `also`: parts of the edge as they are about to be kept. `of_machine`: parts that were
-    corrected for known errors of the machine, or those that were not; None: as the edge's last.
+    corrected for known errors of the machine, or those that were not; None: as the edge's last. `until`: only the part
+    of this type and serial number, where the edge cut it, and those before it by which it is predicted.
     """
     every = life_of(store, edge, also)
     kind = of_machine if of_machine is not None or not every else every[-1].of_machine
-    own = history_from(store, edge, [one for one in every if one.of_machine == kind], [lived.cut for lived in also])
+    life = [one for one in every if one.of_machine == kind]
+    wanted = None
+    if until is not None:
+        at = _position(life, until)
+        wanted = [*_before(life[:at], until[0]), *range(at, len(life))[:1]]
+    own = history_from(store, edge, life, [lived.cut for lived in also], wanted)
     return (*parts_of_earlier_edges(store, edge, every, bool(kind)), *own)
+
+
+def _position(life: Sequence[LivedPart], part: tuple[str, str]) -> int:
+    """Returns the position of a part, by its type and serial number; of one that was not cut yet, the end."""
+    names = ((name_of(one.cut.part.part_type), one.cut.part.serial) for one in life)
+    return next((k for k, name in enumerate(names) if name == part), len(life))
+
+
+def _before(life: Sequence[LivedPart], part_type: str) -> list[int]:
+    """Returns the positions of the parts by which the next one, of this type, is predicted."""
+    return latest_of([name_of(one.cut.part.part_type) for one in life], part_type)
 
 
 def _earlier(store: Store, edge: Edge) -> Iterator[_Earlier]:
@@ -107,12 +129,13 @@ def with_history(store: Store, inputs: Inputs) -> Inputs:
     every = life_of(store, edge)
     life = [one for one in every if one.of_machine == (inputs.machine is not None)]
     inputs = replace(inputs, notes=(*inputs.notes, *_left_out(len(every) - len(life), inputs.machine is not None)))
-    parts = history_from(store, edge, life)
-    before = next((k for k, part in enumerate(parts) if (part.part_type, part.serial) == own), len(parts))
+    before = life[: _position(life, own)]
     earlier = parts_of_earlier_edges(store, edge, every, inputs.machine is not None)
     if not before and not earlier:
         return replace(inputs, notes=(*inputs.notes, FIRST))
-    return replace(inputs, history=(*earlier, *parts[:before]))
+    # memory that is frozen after a part looks for it among all
+    wanted = range(len(before)) if inputs.memory.memory == "frozen" else _before(before, own[0])
+    return replace(inputs, history=(*earlier, *history_from(store, edge, life, (), wanted)))
 
 
 def _left_out(count: int, of_machine: bool) -> tuple[str, ...]:

@@ -214,9 +214,14 @@ def innovations(history: Sequence[MadePart], part: MadePart) -> tuple[Innovation
 
 def latest(history: Sequence[MadePart], part_type: str) -> tuple[MadePart, ...]:
     """Returns the parts, in their order, by which a part of this type is predicted."""
-    n = len(history)
-    of_type = [k for k, part in enumerate(history) if part.part_type == part_type]
-    return tuple(history[k] for k in sorted({*range(max(n - REMEMBERED, 0), n), *of_type[-OF_TYPE:]}))
+    return tuple(history[k] for k in latest_of([part.part_type for part in history], part_type))
+
+
+def latest_of(part_types: Sequence[str], part_type: str) -> list[int]:
+    """Returns which parts of a history these are, by their part types."""
+    n = len(part_types)
+    of_type = [k for k, one in enumerate(part_types) if one == part_type]
+    return sorted({*range(max(n - REMEMBERED, 0), n), *of_type[-OF_TYPE:]})
 
 
 def _of(functional: Array | None, rows: Array) -> Array:
