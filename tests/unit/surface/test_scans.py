@@ -193,6 +193,22 @@ def test_units_of_headings_hold_for_stated_columns(tmp_path: Path, heading: str)
     assert caught.value.code is Code.SRF_UNIT
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "why"),
+    [
+        ("P1.e57", b"ASTM-E57" + bytes(40), "'P1.e57' is an E57 file"),
+        ("P1.xyz", b"ISO-10303-21;\nHEADER;\n", "'P1.xyz' is a STEP file"),
+        ("P1.stl", binary_stl(triangles(3))[:-120], "is cut short: it holds 29 of its 32 facets"),
+    ],
+)
+def test_what_holds_no_points_is_refused_with_what_it_is(tmp_path: Path, name: str, content: bytes, why: str) -> None:
+    """Top and floor of 4 squares and 4 walls of 2 make 32 facets of 50 bytes; 120 bytes are 2 of them and a part."""
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(TrueloopError) as caught:
+        read_surface(_job(tmp_path, f'points = ["{name}"]\nalignment = "datum"\nunit = "mm"'))
+    assert caught.value.code is Code.SRF_FILE and why in caught.value.message and "export" in caught.value.hint
+
+
 @pytest.mark.parametrize("ending", ["stl", "ply", "obj"])
 def test_a_mesh_that_is_none_is_refused(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"part.{ending}"

@@ -34,7 +34,13 @@ from trueloop.formats.measurements.rows import MOST, number_of
 MESHES: Final = frozenset((".stl", ".ply", ".obj"))
 SEPARATORS: Final = (";", "\t", ",", None)
 """Between columns, in the order in which they are tried; None: blanks."""
+OTHERS: Final = {b"ASTM-E57": "an E57 file", b"ISO-10303-21": "a STEP file", b"PK\x03\x04": "a ZIP archive"}
+"""Files that hold neither a mesh nor columns of text, by their first bytes."""
 HINT: Final = "a line a point, its coordinates in columns; gauging.columns = [1, 2, 3] names those of x, y and z"
+EXPORT: Final = "export the scan as PLY or STL, or as text with a line a point (XYZ)"
+STL_HEAD: Final = 84
+STL_FACET: Final = 50
+"""Bytes of a binary STL before its facets, the last four their count, and of each."""
 MARKS: Final = re.compile(r"^\s*(?://|#)+\s*")
 
 
@@ -55,6 +61,11 @@ def is_scan(path: Path) -> bool:
     """Returns whether a file is a mesh, or text whose first line that is not a comment does not name `x_mm`."""
     if path.suffix.lower() in MESHES:
         return True
+    with readable(path, Code.SRF_FILE, hint="name the scan"), path.open("rb") as file:
+        head = file.read(max(map(len, OTHERS)))
+    for begins, kind in OTHERS.items():
+        if head.startswith(begins):
+            raise _refusal(path, f"{path.name!r} is {kind}: 0 points are read of it", hint=EXPORT)
     lines = read_text(path, Code.SRF_FILE, hint=HINT).splitlines()
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "x_mm")
     return ("x_mm" not in first.lower() or MARKS.match(first) is not None) and bool(_cells_of_data(lines))
@@ -93,7 +104,12 @@ def _mesh(path: Path, mm_per_unit: float) -> Scan:
             place=Place(str(path)),
         ) from None
     with readable(path, Code.SRF_FILE, hint="name the scan"):
-        path.read_bytes()
+        content = path.read_bytes()
+    if path.suffix.lower() == ".stl" and not content.lstrip().startswith(b"solid"):
+        facets, there = int.from_bytes(content[STL_HEAD - 4 : STL_HEAD], "little"), len(content) - STL_HEAD
+        if 0 <= there < facets * STL_FACET:
+            why = f"{path.name!r} is cut short: it holds {there // STL_FACET} of its {facets} facets"
+            raise _refusal(path, why, hint="copy it again, or export the scan again")
     try:
         loaded: Any = trimesh.load(path, process=True, skip_materials=True)
         mesh: Any = loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded
