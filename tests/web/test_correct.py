@@ -186,3 +186,19 @@ def test_the_page_states_how_the_program_was_read_and_takes_the_tip_and_the_tool
         assert (asked.value.post_data_json or {})["tip"] == 3
         expect(page.locator("main")).to_contain_text("taken for the path of the tip of orientation 3")
         usable(window, "notes")
+
+
+def test_a_file_of_measurements_without_a_unit_is_given_one(own: Browsing) -> None:
+    rows = "".join(f"{name.partition(' ')[0]};diameter;{value}\n" for name, value in READ.items())
+    with own.window("operator") as window:
+        page = window.page
+        window.go("/correct")
+        page.get_by_label("Drop the finish program").set_input_files(
+            {"name": "sizes.csv", "mimeType": "text/csv", "buffer": f"Feature;Quantity;Actual\n{rows}".encode()}
+        )
+        expect(page.locator("main")).to_contain_text("Measurement: sizes.csv")
+        handed(window, SHAFT)
+        page.get_by_label("Unit of the measurements").select_option("mm")
+        with page.expect_request("**/by-hand/correction*") as asked:
+            page.get_by_role("button", name="Correct", exact=True).click()
+        assert (asked.value.post_data_json or {})["measured"]["file_unit"] == "mm"

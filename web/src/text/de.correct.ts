@@ -31,6 +31,7 @@ export const correct: Record<keyof typeof english, string> = {
   "correct.from": "von {feature}",
   "correct.measured": "Gemessen, {unit}",
   "correct.from.file": "Die Werte kommen aus {name}.",
+  "correct.file.unit": "Einheit der Messwerte",
   "correct.serial": "Seriennummer oder Zeichen des Teils",
   "correct.serial.why": "Unter ihr wird das Teil aufbewahrt: Die nächste Korrektur kennt diese.",
   "correct.instrument": "Messmittel",

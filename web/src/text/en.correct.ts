@@ -30,6 +30,7 @@ export const correct = {
   "correct.from": "from {feature}",
   "correct.measured": "Measured, {unit}",
   "correct.from.file": "The values come from {name}.",
+  "correct.file.unit": "Unit of the measurements",
   "correct.serial": "Serial number or mark of the part",
   "correct.serial.why": "By it the part is kept: the next correction knows this one.",
   "correct.instrument": "Gauge",

@@ -14,8 +14,9 @@ import { Drawn } from "./Drawn";
 
 type Readings = Shape<"AskedReadings">;
 type Size = Shape<"SizeToMeasure">;
+const UNITS = ["mm", "inch"] as const;
 const WAYS = ["auto", "offset", "contour"] as const;
-const EMPTY = { serial: "", instrument: "", cut: "", by: "auto" };
+const EMPTY = { serial: "", instrument: "", fileUnit: "", cut: "", by: "auto" };
 interface OfMeasure extends Seen {
   /** What was corrected is not what stands here any more. */
   changed: () => void;
@@ -65,6 +66,7 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
     values: file ? {} : given,
     file: file?.sha256 ?? "",
     mapping_toml: file?.measurement?.mapping_toml ?? "",
+    file_unit: UNITS.find((one) => one === stated.fileUnit) ?? null,
     serial: stated.serial.trim(),
     instrument: stated.instrument.trim(),
     expanded_uncertainty_um: u,
@@ -116,6 +118,9 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
         )}
         <div className="fields">
           <div className="two">
+            {file && (
+              <NativeSelect label={text("correct.file.unit")} {...field("fileUnit")} data={[{ value: "", label: text("file.unit.own") }, ...UNITS]} />
+            )}
             <TextInput label={text("correct.serial")} description={text("correct.serial.why")} required={!file} {...field("serial")} />
             <TextInput label={text("correct.instrument")} {...field("instrument")} />
             <LengthInput label={text("correct.u")} of="um" error={noU && text("correct.no.u")} {...length("u")} />
