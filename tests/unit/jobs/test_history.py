@@ -84,8 +84,8 @@ def test_parts_with_and_without_known_errors_of_the_machine_teach_their_own_kind
         correction = made[serial]
         if serial == "2611":
             nothing = np.zeros(len(correction.touches.point))
-            composed, of_machine = Composed(nothing, nothing, nothing, nothing), [Component.of("", "", 0.0, 0.0)]
-            record = replace(correction.record, components=of_machine)
+            composed, components = Composed(nothing, nothing, nothing, nothing), [Component.of("", "", 0.0, 0.0)]
+            record = replace(correction.record, components=components)
             correction = replace(correction, composed=composed, record=record)
         keep_part(store, correction, cut_of(correction, serial, order=order), 1.0)
     history = history_of(store, EDGE)

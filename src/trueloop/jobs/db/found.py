@@ -71,7 +71,7 @@ def found_rows(store: Store, what: str, sought: Sought) -> list[Row]:
     if what == TRANSFERS:
         return list(_transfers(store, sought))
     kind = NAMES[what]
-    columns = {
+    columns: dict[str, Any] = {
         name: value for name, value in (("part_type", sought.part_type), ("serial", sought.serial)) if value is not None
     }
     for name in (*columns, *(["edge"] if sought.edge is not None else [])):
