@@ -48,6 +48,14 @@ def test_the_page_says_beside_the_prediction_what_the_band_does_not_cover(page: 
     assert re.findall(r"\d\d to \d\d %", ridges) == shares
 
 
+def test_the_prediction_states_the_share_of_the_pattern_that_a_weight_leaves(model: SurfaceModel) -> None:
+    """A quarter of the pattern's largest value with weight 0.75; none with weight 1."""
+    quarter = replace(model, options=replace(model.options, weight=0.75))
+    left = f"keeps {250 * model.figures.largest_mm:.1f} µm of it at most (weight 0.75), and ± "
+    assert left in surface_page("Wave", quarter)
+    assert "corrected by it keeps ± " in surface_page("Wave", model)
+
+
 def test_red_is_material_left_on_and_one_scale_serves_all_maps(model: SurfaceModel) -> None:
     assert colour(10.0, 10.0) == LEFT_ON
     assert colour(-10.0, 10.0) == TAKEN

@@ -281,6 +281,32 @@ def test_a_scan_needs_its_unit_and_its_frame_and_has_to_be_where_the_face_is(tmp
     assert "gauging.columns" in caught.value.hint
 
 
+FRAMES = {
+    "as the model": lambda x, y, z: (x, y, z),
+    "x and y swapped": lambda x, y, z: (y, x, z),
+    "mirrored in z": lambda x, y, z: (x, y, -z),
+    "mirrored in y": lambda x, y, z: (x, SIDE_MM - y, z),
+    "turned by 180°": lambda x, y, z: (SIDE_MM - x, SIDE_MM - y, z),
+}
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_scan_in_another_frame_is_refused(tmp_path: Path, frame: str) -> None:
+    """Its points cross the nominal face: those within reach would be deviations that end at the farthest."""
+    x, y = (grid.ravel() for grid in np.meshgrid(*[np.linspace(1.0, SIDE_MM - 1, 25)] * 2))
+    rows = np.column_stack(FRAMES[frame](x, y, height_mm(x, y) + left_mm(x, y)))
+    np.savetxt(tmp_path / "P1.xyz", rows, "%.9f")
+    job = _job(tmp_path, 'points = ["P1.xyz"]\nalignment = "datum"\nunit = "mm"\nfarthest_mm = 0.5')
+    if frame == "as the model":
+        (part,) = read_surface(job).inputs.parts
+        assert len(part.points_mm) == len(x) and part.findings == ()  # all are on the face: there is nothing to state
+        return
+    with pytest.raises(TrueloopError) as caught:
+        read_surface(job)
+    assert caught.value.code is Code.SRF_OFF and "another frame" in caught.value.message
+    assert "mirror" in caught.value.hint and caught.value.values["limit_mm"] == 0.5
+
+
 @pytest.mark.parametrize(
     ("per_mm", "unit", "hint"),
     [

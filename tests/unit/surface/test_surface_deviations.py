@@ -176,3 +176,17 @@ def test_a_ball_too_large_for_a_hollow_is_told() -> None:
         touched = valleys.point_mm(u, v) + radius * valleys.normal(u, v)
         found = surface_deviations(valleys, MeasuredPoints(touched, radius))
         assert [finding.code for finding in found.findings] == told
+
+
+@pytest.mark.parametrize(
+    ("stated_mm", "hint"), [(2.0, "a ball of radius 1.500 mm"), (0.0, "give ball_radius_mm"), (1.5, "")]
+)
+def test_a_ball_of_another_radius_is_reported_with_the_one_that_fits(stated_mm: float, hint: str) -> None:
+    """Centres of a ball of 1.5 mm: their distance from the surface is its radius, and the error is what is left."""
+    at = np.linspace(0.1, 0.9, 9)
+    u, v = (grid.ravel() for grid in np.meshgrid(at, at))
+    centres = SURFACE.point_mm(u, v) + 1.5 * SURFACE.normal(u, v)
+    found = surface_deviations(SURFACE, MeasuredPoints(centres, stated_mm, name="A"), farthest_mm=2.0)
+    assert found.error_mm == pytest.approx(1.5 - stated_mm, abs=1e-9)
+    hints = [one.hint for one in found.findings if one.code is Code.SRF_SIGN]
+    assert (hint in hints[0]) if hint else hints == []

@@ -159,11 +159,14 @@ def _prediction(model: SurfaceModel) -> str:
     worst, unsure, keeps = (
         value_mm * UM_PER_MM for value_mm in (figures.largest_mm, figures.uncertainty_mm, figures.next_part_mm)
     )
+    weight = model.options.weight
+    left = f"{plain((1 - weight) * worst)} µm of it at most (weight {weight:g}), and " if weight < 1 else ""
     return (
         f'<p class="verdict"><span class="stamp">Prediction</span>The pattern reaches {plain(worst)} µm and is known '
         "to "
-        f"± {plain(unsure, 2)} µm (95 %, mean over the face). A next part corrected by it keeps ± {plain(keeps, 2)} "
-        f"µm of its own, and its random part. For ± {plain(model.options.target_mm * UM_PER_MM, 2)} µm "
+        f"± {plain(unsure, 2)} µm (95 %, mean over the face). A next part corrected by it keeps {left}± "
+        f"{plain(keeps, 2)} µm of its own, and its random part. For ± "
+        f"{plain(model.options.target_mm * UM_PER_MM, 2)} µm "
         f"{model.parts_needed} parts are needed.</p>{_support(model)}"
     )
 

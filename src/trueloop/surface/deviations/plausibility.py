@@ -53,8 +53,8 @@ def findings_of(
         )
     refuse_outside(points, feet.beyond_mm > BEYOND_MM, number, xyz)
     found = [*points.findings, *_holes(points, there), *_ball(surface, feet, radius)]
-    if bound and radius == 0:
-        found += _ball_left_in(error)
+    if bound:
+        found += _off_alike(error, radius)
     return tuple(found)
 
 
@@ -174,14 +174,21 @@ def _ball(surface: Surface, feet: Feet, radius: float) -> Iterator[Finding]:
         )
 
 
-def _ball_left_in(error: Array) -> Iterator[Finding]:
-    """All points off by about the same, more than an error of machining would be: centres given as touches."""
+def _off_alike(error: Array, radius: float) -> Iterator[Finding]:
+    """All points off by about the same, more than an error of machining would be: centres given as touches, or a ball
+    of another radius.
+    """
     middle, scatter = float(np.median(error)), float(np.std(error))
     if abs(middle) > 0.1 and scatter < 0.2 * abs(middle):
         side = "outside" if middle > 0 else "inside"
+        centres = "if they are ball centres, give ball_radius_mm; if the normals point inwards, flip them"
+        ball = (
+            f"they fit a ball of radius {radius + middle:.3f} mm, and gauging.ball_radius_mm is {radius:g} mm: look "
+            "for a diameter, another stylus, and points that are corrected for the ball already (ball_radius_mm = 0)"
+        )
         yield Finding(
             Severity.WARNING,
             Code.SRF_SIGN,
             f"all points deviate by about {middle:+.3f} mm, scattering by {scatter:.3f} mm: {side} the material",
-            "if they are ball centres, give ball_radius_mm; if the normals point inwards, flip them",
+            ball if radius > 0 else centres,
         )

@@ -128,6 +128,8 @@ of both faces' normals.
 """
 EXACT_MM: Final = (1e-4, 1e-3)
 """No surface is cut as exactly, whatever the last digit of its points: the least and the most that rounding counts."""
+FRAME: Final = 0.05
+"""A scan whose deviations go on beyond the farthest, on so large a share of the face, is in another frame."""
 PLANE_POINTS: Final = 12
 """Points whose plane is the normal of a point, where the file has none."""
 
@@ -143,28 +145,42 @@ def on_face(
 
     On the face is a point within `farthest_mm` of it, whose foot is inside its edges, and whose normal is that of the
     face. `normal` (n, 3) points out of the material; without it that of neighbouring points counts, of either sign.
-    Raises SRF-OFF where no point is left, SRF-FILE where all that are have no error.
+    Raises SRF-OFF where no point is left, and where deviations do not end at `farthest_mm` but go on beyond it: what is
+    left would be cut off there. Raises SRF-FILE where all points left have no error.
     """
     points, total = scan.points_mm, len(scan.points_mm)
-    some = near(surface, points, farthest_mm + scan.ball_radius_mm)
+    some = near(surface, points, 2 * farthest_mm + scan.ball_radius_mm)
     if len(some):
         feet = closest(surface, points[some])
-        here = (np.abs(feet.distance_mm - scan.ball_radius_mm) <= farthest_mm) & (feet.beyond_mm == 0)
+        here = (np.abs(feet.distance_mm - scan.ball_radius_mm) <= 2 * farthest_mm) & (feet.beyond_mm == 0)
         if trim is not None and np.any(here):
             here[here] = ~trim(feet.u[here], feet.v[here]).astype(np.bool_)
         some, of_face, off_mm = some[here], feet.normal[here], feet.distance_mm[here] - scan.ball_radius_mm
-    beside = total - len(some)
+    within = np.abs(off_mm) <= farthest_mm if len(some) else np.ones(0, dtype=np.bool_)
+    beside = total - int(np.count_nonzero(within))
     facing: Flags = np.ones(len(some), dtype=np.bool_)
     if len(some) > PLANE_POINTS:
         own = _normals(points, some) if normal is None else normal[some]
         cosine = np.einsum("nk,nk->n", own, of_face)
         facing = (np.abs(cosine) if normal is None else cosine) >= FACING
+    farther, facing = facing & ~within, facing & within
     kept = some[facing]
     if not len(kept):
         raise Code.SRF_OFF.refusal(
             f"0 of {total} points of {scan.name!r} are on the face: {beside} are more than {farthest_mm:g} mm off it "
             f"or beside it, {total - beside} face elsewhere",
             hint="look at unit, frame, face and gauging.columns: the scan has to be in the frame of the CAD model",
+            override="gauging.farthest_mm in the job",
+            values={"part": scan.name, "limit_mm": farthest_mm},
+        )
+    outer = int(np.count_nonzero(np.abs(off_mm[facing]) > farthest_mm / 2))
+    if min(outer, int(np.count_nonzero(farther))) > FRAME * len(kept):
+        half_mm = farthest_mm / 2
+        raise Code.SRF_OFF.refusal(
+            f"{np.count_nonzero(farther)} points of {scan.name!r} are {farthest_mm:g} to {2 * farthest_mm:g} mm off "
+            f"the face, {outer} are {half_mm:g} to {farthest_mm:g} mm off, and {len(kept) - outer} nearer: they are in "
+            "another frame, or of another part",
+            hint="look at frame, face and part: axes swapped or reversed (a mirror), a turn by 180°, another zero",
             override="gauging.farthest_mm in the job",
             values={"part": scan.name, "limit_mm": farthest_mm},
         )
@@ -185,8 +201,8 @@ def on_face(
         "nothing to do where the scan is of more than the face",
         values={"part": scan.name},
     )
-    lines = None if scan.lines is None else scan.lines[kept]
-    return replace(scan, points_mm=points[kept], lines=lines, findings=(note,))
+    lines, notes = None if scan.lines is None else scan.lines[kept], (note,) if len(kept) < total else ()
+    return replace(scan, points_mm=points[kept], lines=lines, findings=notes)
 
 
 def _normals(points_mm: Array, some: np.ndarray) -> Array:
