@@ -1,5 +1,6 @@
 """A part corrected by a person over HTTP: shown, measured, corrected; refused as the command line refuses."""
 
+import json
 import re
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime, timedelta, timezone
@@ -145,6 +146,7 @@ def test_two_parts_are_corrected_as_by_the_command_line(service: Running, tmp_pa
     assert wear["enter"].startswith("T3 wear X −0.022 mm (diameter), Z +0.000 (X ± 0.012")
     assert moves(file_of(otto, first, "corrected.nc")) == moves(by_command(tmp_path, READ))
     assert b"<svg" in file_of(otto, first, "report.html")
+    assert json.loads(file_of(otto, first, "record.json"))["made_by"] == "operator"  # the account that is signed in
     (known,) = otto.post("by-hand/part", part).json()["made_before"]
     assert (known["id"], known["serial"], known["ways"]) == (first["id"], "0017", ["corrected", "wear"])
     assert known["tool"] == "T3"

@@ -80,6 +80,7 @@ def test_a_shaft_is_corrected_and_the_next_one_asks_what_cut_it(
         expect(result).to_contain_text("T3 wear X −0.022 mm (diameter), Z +0.000 (X ± 0.012")
         expect(result.get_by_role("link")).to_have_count(0)
         usable(window, f"wear-{size[0]}")
+        expect(page.get_by_role("region", name="What to expect").locator("li").last).to_be_visible()  # every warning
         (known,) = made_before(shop.store, AskedPart(sha256_of(SHAFT), 0.8))
         with page.expect_download() as download:
             page.get_by_role("link", name="Download report.html").click()
@@ -93,6 +94,8 @@ def test_a_shaft_is_corrected_and_the_next_one_asks_what_cut_it(
         page.get_by_label("What cut this part").select_option("given")
         expect(go).to_be_enabled()
         page.get_by_label("What cut this part").select_option(f"{known.id} wear")
+        of = re.compile(f"this program, with the wear number of {known.id}, T3, part 0017")
+        expect(page.get_by_label("What cut this part")).to_have_accessible_description(of)
         expect(result).to_have_count(0)
         go.click()
         expect(result).to_contain_text("T3 wear X")

@@ -134,5 +134,7 @@ def test_a_certificate_is_made_and_opened_and_can_reach_nothing(own: Browsing, s
         certificate = opened.value
         certificate.wait_for_load_state()
         assert certificate.evaluate("document.documentElement.lang") == "de"
+        certificate.set_viewport_size({"width": 400, "height": 800})
+        assert certificate.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
         assert certificate.evaluate("[self.origin, window.opener]") == ["null", None]
         assert "dome" in certificate.inner_text("body")

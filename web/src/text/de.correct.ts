@@ -4,7 +4,7 @@ export const correct: Record<keyof typeof english, string> = {
   "page.correct": "Teil korrigieren",
   "correct.files": "Programm und Zeichnung",
   "correct.drop": "Schlichtprogramm hier ablegen oder auswählen; auch eine Zeichnung (DXF, STEP) oder eine Messdatei",
-  "correct.take": "{name} wegnehmen",
+  "correct.take": "{name} entfernen",
   "correct.nose": "Schneidenradius des Schlichtwerkzeugs, {mm}",
   "correct.tool": "Werkzeugnummer, wenn das Programm keine nennt",
   "correct.tool.why": "Die Nummer seiner Korrektur; an einer Sinumerik T, nicht D: Ein mit Namen gerufenes Werkzeug hat eine Nummer in der Werkzeugliste.",

@@ -51,7 +51,7 @@ export const settings = {
   "settings.transfers.none": "Nothing was transferred yet.",
   "settings.links": "Links to controls",
   "settings.links.none": "No control is known: none is in the settings, and no transfer was recorded.",
-  "settings.links.untold": "The service was told of no settings of links, so kind and address are not known here (trueloop serve --links links.toml tells it). Shown are the controls of which transfers were recorded.",
+  "settings.links.untold": "The service was started without a file of links, so kind and address are not known here (trueloop serve --links links.toml). Shown are the controls of which transfers were recorded.",
   "head.kind": "Kind",
   "head.where": "Address",
   "head.last": "Last transfer",

@@ -163,7 +163,7 @@ def correct_by_hand(
         for left in (JOB, SHEET, "sheet.html"):
             (handed.file.parent / left).unlink(missing_ok=True)
         job, _ = written_job(handed.file, _of(handed))
-        files = JobFiles.of(job)
+        files = replace(JobFiles.of(job), made_by=request.by)
         require_all_shown(store, request.part, request.measured, _tools(files))
         cuts = read_cuts(files)
         serials = [one.part.serial for one in cuts.measured.inspections if one.part.serial]

@@ -26,7 +26,6 @@ from trueloop.jobs.turned.characteristics import characteristics_of, joined
 from trueloop.jobs.turned.cut_with import with_cut
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import part_errors, part_type, read_inspection, read_part_errors, read_readings
-from trueloop.jobs.user import user_name
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.cuts import InSetups, Setup, in_setups
 from trueloop.loops.turned.part_on_machine import PartOnMachine
@@ -80,7 +79,7 @@ def inputs_of(files: JobFiles, read: ReadFiles) -> Inputs:
         touches=measured.vectors,
         options=_options(job, tool),
         made_at=datetime.now(UTC),
-        made_by=user_name(),
+        made_by=files.made_by,
         semifinish=files.program(job.own_programs.semifinish) if job.own_programs.semifinish else None,
         allowance_mm=job.own_programs.semifinish_allowance_mm or 0.0,
         parameters=job.own_programs.parameters,

@@ -1,7 +1,7 @@
 """A turned part's job and the files it names, each read when asked for; whatever is refused names its file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +23,7 @@ from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.turned.called_files import with_called
 from trueloop.jobs.turned.readings import Sources
+from trueloop.jobs.user import user_name
 from trueloop.loops.turned.commanded import Run
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.program.program import Program, read_program
@@ -44,6 +45,8 @@ class JobFiles:
     """Name of the set-up that this is of, where the job has several."""
     work_zero_mm: tuple[float, float, float] | None = None
     """Machine coordinates of that set-up's zero, where the job has a table [machine]."""
+    made_by: str = field(default_factory=user_name)
+    """Who corrects by the job."""
 
     @property
     def job(self) -> Job:

@@ -62,6 +62,13 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
   const noU = u !== null && !(u > 0);
   const noAllowance = Number.isNaN(allowance);
   const before = part.made_before ?? [];
+  const cuts = [
+    { value: "given", label: text("correct.cut.given") },
+    ...before.flatMap(({ id, made_at, serial, tool, ways }) => {
+      const of = text("correct.cut.of", { id, serial, tool: tool || "–", at: moment(made_at) });
+      return ways.map((way) => ({ value: `${id} ${way}`, label: text(`correct.cut.${way}`, { of }) }));
+    }),
+  ];
   const measured: Readings = {
     values: file ? {} : given,
     file: file?.sha256 ?? "",
@@ -128,15 +135,9 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
             {before.length > 0 && (
               <NativeSelect
                 label={text("correct.cut")}
+                description={stated.cut && cuts.find(({ value }) => value === stated.cut)?.label}
                 {...field("cut")}
-                data={[
-                  { value: "", label: text("correct.cut.choose") },
-                  { value: "given", label: text("correct.cut.given") },
-                  ...before.flatMap(({ id, made_at, serial, tool, ways }) => {
-                    const of = text("correct.cut.of", { id, serial, tool: tool || "–", at: moment(made_at) });
-                    return ways.map((way) => ({ value: `${id} ${way}`, label: text(`correct.cut.${way}`, { of }) }));
-                  }),
-                ]}
+                data={[{ value: "", label: text("correct.cut.choose") }, ...cuts]}
               />
             )}
             <NativeSelect label={text("correct.by")} {...field("by")} data={WAYS.map((value) => ({ value, label: word("correct.by", value) }))} />

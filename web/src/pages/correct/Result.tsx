@@ -3,7 +3,7 @@ import { useState } from "react";
 
 import type { Shape } from "../../api/client";
 import { useReader } from "../../show/lengths";
-import { Deviation, Legend, Length, Opens, Rows, Section } from "../../show/parts";
+import { Deviation, Legend, Length, Notes, Opens, Rows, Section } from "../../show/parts";
 import { useName, useText } from "../../text/text";
 import { Remarks } from "../files/Content";
 import { Drawn } from "./Drawn";
@@ -71,14 +71,8 @@ export function Result({ made, given }: { made: Made; given: string }) {
             ],
           }))}
         />
-        <details>
-          <summary>{text("correct.notes")}</summary>
-          <ul>
-            {made.notes.map((one) => (
-              <li key={one}>{one}</li>
-            ))}
-          </ul>
-        </details>
+        <h3 className="small">{text("correct.notes")}</h3>
+        <Notes of={made.notes} />
         {made.kept && <Opens href={`corrections/${made.id}/report?${reader}`}>{text("correction.open")}</Opens>}
         <h3 className="small">{text("correct.all")}</h3>
         <div className="acts">

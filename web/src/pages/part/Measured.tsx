@@ -77,26 +77,32 @@ function Results({ results }: { results: (Result & { key: string })[] }) {
 export function Corrections({ life }: { life: Life }) {
   const text = useText();
   const { corrected } = useProgramName();
+  const changed = life.corrections.some((one) => one.corrected_sha256);
+  const heads = ["correction", "at", "by", "what", ...(changed ? (["diff"] as const) : []), "open"] as const;
   const last = life.corrections.filter((one) => one.has_report).at(-1);
   return (
     <>
       <Rows
         label={text("part.corrections")}
         none={text("part.corrections.none")}
-        head={(["correction", "at", "by", "what", "diff", "open"] as const).map((one) => text(`head.${one}`))}
+        head={heads.map((one) => text(`head.${one}`))}
         rows={life.corrections.map((one) => ({
           key: one.id,
           cells: [
             <code>{hash(one.id)}</code>,
             <Age at={one.made_at} />,
             one.made_by,
-            one.summary.map((line, k) => <div key={k}>{line}</div>),
-            one.source_sha256 && one.corrected_sha256 && (
-              <To href={`/programs/${one.source_sha256}/diff/${one.corrected_sha256}`}>
-                {one.source || hash(one.source_sha256)} →{" "}
-                {corrected({ name: one.source, serial: life.part.serial, revision: life.part.revision })}
-              </To>
-            ),
+            <Summary of={one.summary} />,
+            ...(changed
+              ? [
+                  one.source_sha256 && one.corrected_sha256 && (
+                    <To href={`/programs/${one.source_sha256}/diff/${one.corrected_sha256}`}>
+                      {one.source || hash(one.source_sha256)} →{" "}
+                      {corrected({ name: one.source, serial: life.part.serial, revision: life.part.revision })}
+                    </To>
+                  ),
+                ]
+              : []),
             one.has_report && (
               <Opens href={`corrections/${encodeURIComponent(one.id)}/report?language=${document.documentElement.lang}`}>
                 {text("correction.open")}
@@ -112,5 +118,18 @@ export function Corrections({ life }: { life: Life }) {
         </figure>
       )}
     </>
+  );
+}
+
+/** The first sentence of a decision; the others below it when it is opened. */
+function Summary({ of: [first, ...others] }: { of: string[] }) {
+  if (others.length === 0) return <>{first}</>;
+  return (
+    <details>
+      <summary>{first}</summary>
+      {others.map((line) => (
+        <div key={line}>{line}</div>
+      ))}
+    </details>
   );
 }
