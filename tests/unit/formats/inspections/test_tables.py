@@ -752,3 +752,21 @@ def test_the_command_of_a_hint_leads_on_and_proposes_no_statistics(tmp_path: Pat
 def test_a_table_of_statistics_alone_has_no_actual_value(tmp_path: Path) -> None:
     error = _refused(tmp_path, "Name;Nominal;Mean;Min;Max;StdDev\nD1;25.000;25.010;24.990;25.030;0.002\n", unit="mm")
     assert error.code is Code.MSR_MEANING and "StdDev" not in str(error)
+
+
+def test_coordinates_in_words_have_their_axis(tmp_path: Path) -> None:
+    """A coordinate is read as such however its column of quantities words it; a true position stays a form."""
+    worded = {
+        "X": "x",
+        "position Y": "y",
+        "Pos. Z": "z",
+        "x_coordinate": "x",
+        "Y-Koordinate": "y",
+        "Mittelpunkt X": "x",
+        "z value": "z",
+    }
+    rows = [f"P{k},{words},{k}.0,{k}.01" for k, words in enumerate((*worded, "true position X", "distance X"))]
+    readings = _one(_read(tmp_path, "\n".join(["Feature,Type,Nominal [mm],Actual [mm]", *rows])))
+    assert [one.axis for one in readings] == [*worded.values(), "", ""]
+    assert [one.quantity for one in readings[-2:]] == [Quantity.FORM, Quantity.LENGTH]
+    assert {one.quantity for one in readings[:-2]} == {Quantity.POSITION}

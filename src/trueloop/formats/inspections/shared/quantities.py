@@ -154,7 +154,6 @@ LETTERS: Final = {
     "r": Quantity.RADIUS,
     "l": Quantity.LENGTH,
     "a": Quantity.ANGLE,
-    **dict.fromkeys("xyz", Quantity.POSITION),
     "position": Quantity.POSITION,
     "tp": Quantity.FORM,
 }
@@ -166,7 +165,14 @@ FONT: Final = {
 """Letters that a GD&T font draws as symbols: n is ⌀, j position, c flatness, h runout (as such fonts are laid out)."""
 ONLY_FONT: Final = frozenset("bcefghijknu")
 """Those that stand for nothing else in a column of quantities."""
-AXES: Final[dict[str, Literal["x", "y", "z"]]] = {"x": "x", "y": "y", "z": "z"}
+Axis: TypeAlias = Literal["x", "y", "z"]
+AXES: Final[dict[str, Axis]] = {"x": "x", "y": "y", "z": "z"}
+_COORDINATE: Final = "pos|position|coord|coordinate|koord|koordinate|lage|location|centre|center|mitte|mittelpunkt"
+COORDINATES: Final = (
+    re.compile(rf"(?:(?:{_COORDINATE})[ .-]*)?([xyz])"),
+    re.compile(rf"([xyz])[ .-]*(?:{_COORDINATE}|axis|achse|value|wert)"),
+)
+"""Words of a coordinate: its axis, alone or beside a word for a place."""
 
 
 @lru_cache(maxsize=4096)
@@ -177,9 +183,22 @@ def quantity_of(text: str) -> Quantity | None:
     ('diameter', 'diameter', 'form', 'position')
     """
     name = _lower(text)
+    if axis_of(text):
+        return Quantity.POSITION
     if name in SYMBOLS or name in LETTERS:
         return SYMBOLS.get(name) or LETTERS[name]
     return quantity_in(text)
+
+
+@lru_cache(maxsize=4096)
+def axis_of(text: str) -> Axis | Literal[""]:
+    """Returns the axis of a coordinate by its words in a column of quantities; empty of anything else.
+
+    >>> axis_of("position X"), axis_of("Y-Koordinate"), axis_of("z"), axis_of("position")
+    ('x', 'y', 'z', '')
+    """
+    found = next((match for words in COORDINATES if (match := words.fullmatch(_lower(text)))), None)
+    return AXES[found[1]] if found else ""
 
 
 @lru_cache(maxsize=4096)

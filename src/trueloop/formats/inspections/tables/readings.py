@@ -21,7 +21,7 @@ from trueloop.formats.inspections.shared.checks import (
     stated_deviations,
     stated_verdicts,
 )
-from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of
+from trueloop.formats.inspections.shared.quantities import axis_of, characteristics_of
 from trueloop.formats.inspections.shared.text import moment, order_of
 from trueloop.formats.inspections.tables.grid import Grid
 from trueloop.formats.inspections.tables.header import Header, stated_above
@@ -251,7 +251,7 @@ def _readings(common: Common, sizes: Sizes) -> Iterator[Reading]:
         sizes.actual.tolist(),
         *(_or_none(values) for values in (sizes.nominal, sizes.lower_limit, sizes.upper_limit)),
         features,
-        [AXES.get(text.lower(), "") for text in stated],
+        list(map(axis_of, stated)),
         _places(long, sizes.unit),
         _repeats(long),
         common.moments(),
