@@ -183,7 +183,7 @@ def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
     """Yields the parts of a file. Raises MSR-SERIAL where the serial number that is chosen is not in it."""
     file = path.parent / table.file
     mapping = None if table.mapping is None else path.parent / table.mapping
-    found = read_measured_file(file, StatedFacts(table.unit, mapping)).inspections
+    found = read_measured_file(file, StatedFacts(table.unit, mapping, "measured.unit")).inspections
     chosen = [one for one in found if table.serial in (None, one.part.serial)]
     if not chosen:
         serials = [one.part.serial for one in found]

@@ -56,6 +56,19 @@ def test_a_part_measured_before_the_correction_that_is_stated_to_have_cut_it(tmp
     assert (tmp_path / "out" / "corrected.nc").is_file()
 
 
+def test_a_table_of_a_job_without_its_unit(tmp_path: Path) -> None:
+    """MSR-UNIT: the hint of a job names its key, `--unit` of `compensate` is that of the report."""
+    table = "characteristic;nominal;upper;lower;value\nDIA 44;44.0;0.05;-0.05;44.020\nDIA 36;36.0;0.05;-0.05;36.020\n"
+    job = shaft_with(tmp_path, table)
+    call = ("compensate", job, "--no-store", "-o", tmp_path / "out")
+    refused = output_of(*call, status=3)
+    assert "MSR-UNIT" in refused and 'gauging.readings_unit = "mm" or "inch"' in refused and "--unit" not in refused
+    text = job.read_text(encoding="utf-8")
+    job.write_text(text.replace("[gauging]\n", '[gauging]\nreadings_unit = "mm"\n'), encoding="utf-8")
+    output_of(*call)
+    assert (tmp_path / "out" / "record.json").is_file()
+
+
 @pytest.mark.parametrize(
     ("column", "meant"),
     [

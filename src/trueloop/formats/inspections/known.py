@@ -70,6 +70,16 @@ HEAD: Final = 65_536
 @put_off()
 def read_measured_file(path: Path, stated: StatedFacts) -> MeasuredFile:
     """Reads a file's inspections. Raises MSR errors with their places; MSR-FORMAT where no format is recognised."""
+    try:
+        return _read(path, stated)
+    except TrueloopError as error:
+        if error.code is not Code.MSR_UNIT or not stated.unit_key or "--unit" not in error.hint:
+            raise
+        hint = f'state it in the job: {stated.unit_key} = "mm" or "inch"'
+        raise error.code.refusal(error.message, hint=hint, place=error.place, values=error.values) from error
+
+
+def _read(path: Path, stated: StatedFacts) -> MeasuredFile:
     with readable(path, Code.MSR_FILE, hint=HINT), path.open("rb") as file:
         head = file.read(HEAD)
     if not head.strip():

@@ -41,11 +41,12 @@ class StatedFacts:
     """The user's statements about a file that it lacks. None: not stated.
 
     `unit` is that of its lengths, `mapping` the file with the meanings of its columns, `variables` those of a control's
-    variables.
+    variables. `unit_key` is the job's key that states the unit; empty: the command's option does.
     """
 
     unit: Unit | None = None
     mapping: Path | None = None
+    unit_key: str = ""
 
 
 @dataclass(frozen=True)

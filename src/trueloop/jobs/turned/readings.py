@@ -108,7 +108,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     require_features(mapping, names, profile)
     files = [sources.file(name) for name in job.gauging.readings_files]
     for file in files:
-        measured = _measured(file, StatedFacts(job.gauging.readings_unit, mapping))
+        measured = _measured(file, StatedFacts(job.gauging.readings_unit, mapping, "gauging.readings_unit"))
         chosen = _of_part(measured, job)
         with in_file(file):
             found, points, unmatched = _matched(profile, chosen, names, strict=measured.format == GAUGE_CSV.name)
