@@ -11,7 +11,7 @@ export const settings: Record<keyof typeof english, string> = {
   "head.control": "Steuerung",
   "settings.mine": "Mein Konto",
   "settings.unit": "Einheit der Längen",
-  "settings.unit.hint": "Aller Längen auf den Seiten. Programme, Zertifikate, Berichte und aufbewahrte Sätze haben ihre eigenen Einheiten.",
+  "settings.unit.hint": "Aller Längen auf den Seiten. Programme, Prüfbescheinigungen, Berichte und aufbewahrte Sätze haben ihre eigenen Einheiten.",
   "unit.mm": "mm und µm",
   "unit.inch": "Zoll und Mikrozoll (µin)",
   "settings.password": "Anderes Passwort",

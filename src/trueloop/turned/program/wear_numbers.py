@@ -76,7 +76,10 @@ class WearOffset:
     def _known_to(self, numbers: str) -> str:
         if self.expanded_u is None:
             return numbers
-        x, z = (None if u is None else f"{u:.{self.decimals}f}" for u in self.expanded_u)
+        x, z = (
+            None if u is None else wording("{value:.{decimals}f}", value=u, decimals=self.decimals)
+            for u in self.expanded_u
+        )
         return known_to(numbers, x, z)
 
     def number(self, value: float) -> str:
