@@ -4,6 +4,7 @@ A changed message is then seen, and read, in the difference of that file.
 """
 
 import re
+import tempfile
 from pathlib import Path
 from typing import Final
 
@@ -30,5 +31,6 @@ def kept() -> dict[str, str]:
 if __name__ == "__main__":
     from tests.errors.test_every_code import PRODUCERS, complaint
 
-    found = (f"{area} {code}\n{words(complaint(code, produce))}" for area, code, produce in PRODUCERS)
-    FILE.write_text("\n\n".join(found) + "\n", encoding="utf-8")
+    with tempfile.TemporaryDirectory() as tempfile.tempdir:  # corrections are looked for in folders near a job
+        found = (f"{area} {code}\n{words(complaint(code, produce))}" for area, code, produce in PRODUCERS)
+        FILE.write_text("\n\n".join(found) + "\n", encoding="utf-8")

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.cli import output_of
 from tests.support.solids import written
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.step import read_faces
@@ -89,6 +90,19 @@ def test_a_step_towards_the_next_face_that_the_program_cuts_on_is_refused(tmp_pa
     assert caught.value.values["slope_um_per_mm"] == pytest.approx(60.0, abs=4.0)
     assert "at x 25.0" in caught.value.message
     assert caught.value.override == "compensation.max_slope_um_per_mm in the job"
+
+
+def test_a_step_within_the_limit_is_reported_where_it_is(tmp_path: Path) -> None:
+    """A fifth of 12 µm: record, page and what is printed have it; a program that ends on the face has none."""
+    path = job(tmp_path, 45.0, "weight = 0.2\n")
+    done = correct_surface(read_surface(path))
+    (step,) = [one for one in done.correction.findings if one.code is Code.CMP_SLOPE]
+    assert step.values["slope_um_per_mm"] == pytest.approx(24.0, abs=1.6) and "at x 25.0" in step.message
+    assert f"CMP-SLOPE: {step.message}" in str(done.record.model["findings"])
+    assert "CMP-SLOPE" in output_of("surface", "compensate", path, "--no-store", "-o", tmp_path / "out")
+    assert "CMP-SLOPE" in (tmp_path / "out" / "pattern.html").read_text(encoding="utf-8")
+    ends = correct_surface(read_surface(job(tmp_path, 24.9, "weight = 0.2\n")))
+    assert not [one for one in ends.correction.findings if one.code is Code.CMP_SLOPE]
 
 
 @pytest.mark.parametrize(

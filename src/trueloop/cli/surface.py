@@ -266,14 +266,14 @@ def compensate(
     given = together.read
     with busy(f"correcting by {len(given.inputs.parts)} parts") as progress:
         done = correct_surface(given, work=run.work(progress))
-        model, (contents, notes) = done.correction.model, corrected_files(given, done)
+        contents, notes = corrected_files(given, done)
     kept = keep_surface(together, done, supersede=store.supersede)
     with kept_all_the_same(kept):
         files, notes = run.write(given, contents), [*together.notes, *done.notes, *notes]
     if as_json:
-        print_json({**pattern_summary(model, done.record.id, notes, files), **kept_as_dict(kept)})
+        print_json({**pattern_summary(done.correction, done.record.id, notes, files), **kept_as_dict(kept)})
     else:
-        print_lines([*pattern_lines(model, notes, files), *([] if kept is None else [kept.words])])
+        print_lines([*pattern_lines(done.correction, notes, files), *([] if kept is None else [kept.words])])
 
 
 @app.command()

@@ -152,7 +152,7 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
         trueloop_version=__version__,
         inputs_sha256=dict(inputs.sha256),
         options=options | ({"unit": correction.program.unit} if correction.program else {}),
-        model=_model_record(model) | {IN_FORCE: [_term(term) for term in inputs.in_force]},
+        model=_model_record(correction) | {IN_FORCE: [_term(term) for term in inputs.in_force]},
         decision=_decision(correction, inputs.cut_with),
         changes=correction.program.changes if correction.program else [],
         product=Product.SURFACE,
@@ -188,9 +188,9 @@ def _program(inputs: SurfaceInputs, correction: SurfaceCorrection) -> RecordedPr
     )
 
 
-def _model_record(model: SurfaceModel) -> dict[str, object]:
+def _model_record(correction: SurfaceCorrection) -> dict[str, object]:
     """Returns the record of the pattern with its control values, and the tests' results on every part."""
-    pattern = model.pattern
+    model, pattern = correction.model, correction.model.pattern
     return {
         "size": asdict(pattern.size),
         "control_size": asdict(pattern.mean.size),
@@ -210,7 +210,7 @@ def _model_record(model: SurfaceModel) -> dict[str, object]:
             }
             for part in model.parts
         ],
-        "findings": [f"{finding.code}: {finding.message}" for finding in model.findings],
+        "findings": [f"{finding.code}: {finding.message}" for finding in correction.findings],
     }
 
 

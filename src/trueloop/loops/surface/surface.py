@@ -149,6 +149,11 @@ class SurfaceCorrection:
     program: CorrectedProgram | None
     in_force_mm: float = 0.0
 
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Returns the findings of the pattern and of the program."""
+        return (*self.model.findings, *(() if self.program is None else self.program.findings))
+
 
 def deviations_of(
     surface: Surface,

@@ -84,7 +84,8 @@ def surface_page(
     range_um = colour_range_um([*drawn, *chain.from_iterable(own)])
     choice = part_choice(own, [part.deviations.name for part in model.parts], range_um)
     figures = "".join(_figure(m, range_um) for m in drawn)
-    findings = items(f"{esc(f.code)}: {esc(f.message)} – {esc(f.hint)}" for f in model.findings)
+    noticed = correction.findings if correction else model.findings
+    findings = items(f"{esc(f.code)}: {esc(f.message)} – {esc(f.hint)}" for f in noticed)
     body = (
         '<header><p class="kicker">trueloop · machining pattern of a surface</p>'
         f"<h1>{esc(name)}</h1><p class='meta'>{_summary(model)}</p>"
@@ -93,7 +94,7 @@ def surface_page(
         + section("parts", "Parts", _parts(model))
         + (section("cad", "Pattern as CAD", _cad(written)) if written else "")
         + (section("correction", "Correction", _correction(correction)) if correction else "")
-        + (section("findings", "Findings", findings) if model.findings else "")
+        + (section("findings", "Findings", findings) if noticed else "")
     )
     return html_page(f"{esc(name)} – machining pattern", body, script="surface.js")
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from trueloop.errors import Finding
 from trueloop.loops.surface.figures import headline, support_record
-from trueloop.loops.surface.surface import Part, SurfaceModel
+from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel
 from trueloop.surface.deviations.deviations import SamplingAdvice
 from trueloop.units import UM_PER_MM
 
@@ -53,9 +53,10 @@ def part_line(part: Part) -> str:
 
 
 def pattern_summary(
-    model: SurfaceModel, record: str | None, notes: Sequence[str], files: Sequence[str]
+    made: SurfaceModel | SurfaceCorrection, record: str | None, notes: Sequence[str], files: Sequence[str]
 ) -> dict[str, object]:
     """Summarizes the pattern: figures, findings, notes, and files written. `record`: the id of the correction by it."""
+    model = made.model if isinstance(made, SurfaceCorrection) else made
     pattern, figures = model.pattern, model.figures
     return {
         "parts": [part_row(part) for part in model.parts],
@@ -66,7 +67,7 @@ def pattern_summary(
         "random_sigma_um": pattern.sigma_mm * UM_PER_MM,
         "parts_needed": model.parts_needed,
         "outlying": [odd.name for odd in pattern.outlying],
-        "findings": as_words(model.findings),
+        "findings": as_words(made.findings),
         "record": record,
         "notes": list(notes),
         "files": list(files),
@@ -79,8 +80,9 @@ def added_lines(kept: str, parts: int, findings: Sequence[Finding], notes: Seque
     return [kept, f"{parts} parts of this surface by now", *noticed, *(f"- {note}" for note in notes)]
 
 
-def pattern_lines(model: SurfaceModel, notes: Sequence[str], files: Sequence[str]) -> list[str]:
-    """Returns a pattern as lines of text."""
+def pattern_lines(made: SurfaceModel | SurfaceCorrection, notes: Sequence[str], files: Sequence[str]) -> list[str]:
+    """Returns a pattern, or the correction by it, as lines of text."""
+    model = made.model if isinstance(made, SurfaceCorrection) else made
     pattern, figures, known = model.pattern, model.figures, headline(model.figures)
     return [
         f"pattern of {pattern.parts} parts: {pattern.size} control points, up to "
@@ -88,7 +90,7 @@ def pattern_lines(model: SurfaceModel, notes: Sequence[str], files: Sequence[str
         f"random part {pattern.sigma_mm * UM_PER_MM:.2f} µm; {model.parts_needed} parts for ± "
         f"{model.options.target_mm * UM_PER_MM:g} µm",
         *([known] if known else []),
-        *map(str, model.findings),
+        *map(str, made.findings),
         *notes,
         *files,
     ]

@@ -16,7 +16,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.domain.record import ChangedWord, check_uncorrected, marks_of_record
-from trueloop.errors import Code
+from trueloop.errors import Code, Finding
 from trueloop.geometry.surface import Surface, closest
 from trueloop.nc.edit.changes import changes, insert_heading, not_as_intended, verify_written
 from trueloop.nc.edit.edit import (
@@ -158,7 +158,8 @@ ROUNDING_STEPS: Final = 2.0
 @dataclass(frozen=True, eq=False)
 class CorrectedProgram:
     """The corrected source, and in figures: moves that cut, blocks put in, the largest displacement of an end;
-    `changes` are for people to read; `unit` as `trueloop.nc.program.unit` has it.
+    `changes` are for people to read; `unit` as `trueloop.nc.program.unit` has it; `findings` are of the steps towards
+    other faces of the part.
     """
 
     source: bytes
@@ -167,6 +168,7 @@ class CorrectedProgram:
     largest_mm: float
     changes: list[ChangedWord]
     unit: dict[str, str]
+    findings: tuple[Finding, ...] = ()
 
 
 def corrected_program(
@@ -183,7 +185,7 @@ def corrected_program(
     Positions on the surface are those of the program, its own shifts and the job's zero added; the programmed point is
     the tool's tip, however the tool is turned. Raises SRF-PROGRAM for a zero that is not known, a program that cuts
     nothing of the surface, cuts it in arcs, under cutter compensation or in increments,
-    CMP-TWICE for one corrected before, CMP-SLOPE for `steps` to faces beside, SRF-GOUGE, and CMP-READ-BACK.
+    CMP-TWICE for one corrected before, CMP-SLOPE for steep `steps` to faces beside, SRF-GOUGE, and CMP-READ-BACK.
     """
     check_uncorrected(program.source)
     if not job.accept_unknown_words:
@@ -195,8 +197,7 @@ def corrected_program(
     placed, axes = on_surface(path, job), tool_axes(program, path, job.rotary, job.axis)
     samples = sampled(placed, np.flatnonzero(looked_at(path, job)), axes, (nominal, corrected), job)
     _check(program, path, samples)
-    if steps is not None:
-        steps.check(placed, samples, nominal, job)
+    findings = () if steps is None else steps.check(placed, samples, nominal, job)
     ends, between = _targets(shifts_mm(path, job), samples, job.tolerance_mm)
     touched = {move + step for move in ends for step in (0, 1)} | between.keys()
     require_plain_frame(path, sorted(ends))
@@ -219,7 +220,7 @@ def corrected_program(
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
     new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
     provenance = changes(program, edits[1:]), unit_of_path(program.unit, path)
-    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, *provenance)
+    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, *provenance, findings)
 
 
 def _check(program: Program, path: ToolPath, samples: Samples) -> None:

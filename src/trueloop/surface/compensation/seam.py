@@ -7,7 +7,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Integers
 from trueloop.domain.option import Limits, allowed_by
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.geometry.surface import Surface, closest, near
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.surface.compensation.cutter import contacts
@@ -17,6 +17,8 @@ from trueloop.units import UM_PER_MM
 
 WIDE_MM: Final = 0.1
 """Over this length a step counts as a slope: the correction ends at one place, wherever the blocks around it end."""
+LEVEL: Final = 1e-3
+"""Slope, mm/mm, up to which a step is not reported: 0.1 µm over `WIDE_MM`."""
 ALIKE: Final = 0.8
 """Cosine between the normals of two faces from which a cutter runs on from one to the other: not around an edge."""
 
@@ -28,39 +30,43 @@ class Steps:
     beside: tuple[NextFace, ...]
     limits: Limits
 
-    def check(self, path: ToolPath, samples: Samples, nominal: Surface, job: SurfaceJob) -> None:
-        """Raises CMP-SLOPE for a step steeper than the limit at a place where the tool leaves or enters the face while
-        it cuts one beside it: that face stays as it is.
+    def check(self, path: ToolPath, samples: Samples, nominal: Surface, job: SurfaceJob) -> tuple[Finding, ...]:
+        """Returns a warning of the steps at places where the tool leaves or enters the face while it cuts a face beside
+        it, which stays as it is. Raises CMP-SLOPE where the largest is steeper than the limit.
         """
         last, after = _changes(path, samples)
         moved_mm = np.linalg.norm(samples.after_mm[last] - samples.before_mm[last], axis=1)
         slope = moved_mm / WIDE_MM
-        steep = np.flatnonzero(slope > self.limits.slope)
-        if not len(steep) or not self.beside:
-            return
-        move, share = samples.move[last[steep]], samples.share[last[steep]]
-        touch = contacts(nominal, job.cutter, samples.before_mm[last[steep]], samples.axes.directions(move, share))
+        some = np.flatnonzero(slope > LEVEL)
+        if not len(some) or not self.beside:
+            return ()
+        move, share = samples.move[last[some]], samples.share[last[some]]
+        touch = contacts(nominal, job.cutter, samples.before_mm[last[some]], samples.axes.directions(move, share))
         foot, normal = touch.feet.point_mm, touch.feet.normal
         centre = foot + (touch.gap_mm + job.cutter.corner_mm)[:, None] * normal
-        centre = centre + samples.before_mm[after[steep]] - samples.before_mm[last[steep]]
-        onto = np.zeros(len(steep), int)
+        centre = centre + samples.before_mm[after[some]] - samples.before_mm[last[some]]
+        onto = np.zeros(len(some), int)
         for face in self.beside:
             onto[(onto == 0) & _cuts(face, centre, normal, job)] = face.number
         if not np.any(onto):
-            return
-        worst = int(np.argmax(np.where(onto > 0, slope[steep], 0.0)))
+            return ()
+        worst = int(np.argmax(np.where(onto > 0, slope[some], 0.0)))
         x, y, z = foot[worst]
         um, reached, limit = (
-            value * UM_PER_MM for value in (moved_mm[steep[worst]], slope[steep[worst]], self.limits.slope)
+            value * UM_PER_MM for value in (moved_mm[some[worst]], slope[some[worst]], self.limits.slope)
         )
-        raise Code.CMP_SLOPE.refusal(
-            f"the correction ends with a step of {um:.1f} µm at x {x:.3f}, y {y:.3f}, z {z:.3f} mm, where the program "
-            f"cuts on from or into face {onto[worst]}, which stays as it is: {reached:.1f} µm/mm over {WIDE_MM:g} mm, "
-            f"at {np.count_nonzero(onto)} places; the limit is {limit:.1f} µm/mm",
+        step = Finding(
+            Severity.WARNING,
+            Code.CMP_SLOPE,
+            f"the correction ends with a step of up to {um:.1f} µm, at x {x:.3f}, y {y:.3f}, z {z:.3f} mm, where the "
+            f"program cuts on from or into face {onto[worst]}, which stays as it is: {reached:.1f} µm/mm over "
+            f"{WIDE_MM:g} mm, at {np.count_nonzero(onto)} places; the limit is {limit:.1f} µm/mm",
             hint="a program that cuts one face alone has no such step; compensation.weight makes it smaller",
-            override=allowed_by("slope"),
             values=dict(zip(Code.CMP_SLOPE.values, (reached, limit), strict=True)),
         )
+        if slope[some[worst]] > self.limits.slope:
+            raise Code.CMP_SLOPE.refusal(step.message, hint=step.hint, override=allowed_by("slope"), values=step.values)
+        return (step,)
 
 
 def _changes(path: ToolPath, samples: Samples) -> tuple[Integers, Integers]:
