@@ -32,7 +32,7 @@ def table_to_csv(table: CorrectionTable) -> bytes:
     >>> for row in table.decode().splitlines()[:2]:
     ...     print(row)
     feature,commanded_x_radius_mm,commanded_z_mm,correction_x_radius_um,correction_z_um
-    collar,73.437750,-162.655250,-11.214454,-0.002432
+    collar,73.437750,-162.655250,-13.792704,-0.002140
     """
     rows = zip(table.feature, table.commanded_mm.tolist(), (table.correction_mm * UM_PER_MM).tolist(), strict=True)
     lines = [f"{csv_cell(name)},{x:.6f},{z:.6f},{dx:+.6f},{dz:+.6f}" for name, (x, z), (dx, dz) in rows]

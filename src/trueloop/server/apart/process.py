@@ -15,6 +15,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from trueloop.errors import TrueloopError
 from trueloop.jobs.factory.readings import READINGS
 from trueloop.server.apart.answers import CODEC, Answer, Question, Refusal
@@ -31,13 +33,19 @@ def main() -> None:
         os.dup2(2, 1)
         for name in LATER:
             import_module(name)
+        np.linalg.inv(
+            np.eye(200)
+        )  # BLAS takes its buffer with the first product, and ends the process where it gets none
         begun_with = data_bytes()
         answers.write(READY)
         answers.flush()
         for line in sys.stdin.buffer:
             question = CODEC.from_json(line, Question)
-            with _limited(question, begun_with):
-                answer = _answer(question)
+            try:
+                with _limited(question, begun_with):
+                    answer = _answer(question)
+            except MemoryError:  # none was left for the answer itself
+                answer = Answer(exhausted=True)
             answers.write(_written(answer, data_bytes() - begun_with))
             answers.flush()
 
