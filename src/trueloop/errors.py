@@ -270,7 +270,7 @@ class Code(StrEnum):
     SRF_DEGENERATE = "SRF-DEGENERATE", "a place without a normal", "x_mm y_mm z_mm"
     SRF_SETUP = (
         "SRF-SETUP",
-        "a best fit that moves a part farther than its set-up is off, or leaves motions out",
+        "a best fit that moves a part too far or leaves motions out, or a pattern that a motion makes",
         "part setup_mm",
     )
     SRF_GRID = "SRF-GRID", "a point grid that no surface can be fitted to"

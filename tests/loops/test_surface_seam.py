@@ -115,3 +115,20 @@ def test_passes_that_end_on_the_face_small_steps_and_steps_that_are_allowed_pass
     done = correct_surface(read_surface(job(tmp_path, last_mm, more)))
     assert done.correction.program is not None
     assert done.correction.program.cutting_moves > 50
+
+
+def test_a_pattern_that_a_fixture_makes_is_corrected_by_the_datum_and_named_as_a_motion(tmp_path: Path) -> None:
+    """By hand: the parts stand 12 µm high and lean by 0.5 µm/mm; a best fit leaves nothing of it to correct."""
+    path = job(tmp_path, 24.9)
+    for file in sorted(tmp_path.glob("P*.csv")):
+        x, y, z = np.loadtxt(file, delimiter=",", skiprows=1).T
+        level = z - 0.012 * np.cos((x - SEAM_MM) / 6) + 0.012 + 5e-4 * (x - 12.5)
+        rows = [f"{a:.5f},{b:.5f},{c:.6f}" for a, b, c in zip(x, y, level, strict=True)]
+        file.write_text("\n".join(["x_mm,y_mm,z_mm", *rows, ""]))
+    found = correct_surface(read_surface(path)).correction
+    (named,) = [one for one in found.findings if one.code is Code.SRF_SETUP]
+    assert found.model.figures.rigid > 0.98 and named.message.startswith("100 % of the pattern")
+    path.write_text(path.read_text().replace("[gauging]\n", '[gauging]\nalignment = "best-fit"\n'))
+    with pytest.raises(TrueloopError) as caught:
+        correct_surface(read_surface(path))
+    assert caught.value.code is Code.SRF_PARTS

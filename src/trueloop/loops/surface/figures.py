@@ -1,6 +1,6 @@
 """A pattern in figures, over the face that exists: what trimming cut away counts nowhere."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,6 +9,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity
 from trueloop.geometry.surface import Surface
+from trueloop.surface.deviations.alignment import rigid_motions, spread_of
 from trueloop.surface.on_face import FIGURES, SUPPORT, OnFace, square
 from trueloop.surface.pattern.outlier import PLACES
 from trueloop.surface.pattern.pattern import Pattern, by_chance
@@ -18,6 +19,8 @@ from trueloop.units import UM_PER_MM
 
 MUCH: Final = 0.1
 """Of a face with a larger share without support the mean uncertainty is not that of what was measured."""
+MOST: Final = 0.5
+"""Share of a pattern from which a motion of the part is named as what makes it."""
 NAMED: Final = 0.001
 """A smaller share of the face without support is not reported: the last row of points never stands on the edge."""
 
@@ -25,8 +28,8 @@ NAMED: Final = 0.001
 @dataclass(frozen=True)
 class SurfaceFigures:
     """Of the face as it is: the largest correction before weighting, the mean half-widths (95 %) for the pattern and
-    for what a next part keeps; the share of its area that no measurement supports, and the largest half-width there
-    with its place (x, y, z).
+    for what a next part keeps, the share of the pattern's mean square that a motion of the part makes (`rigid`); the
+    share of its area that no measurement supports, and the largest half-width there with its place (x, y, z).
     """
 
     largest_mm: float
@@ -35,6 +38,7 @@ class SurfaceFigures:
     unsupported: float = 0.0
     unsupported_u_mm: float = 0.0
     unsupported_at_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rigid: float = 0.0
 
 
 def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigures:
@@ -46,8 +50,9 @@ def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigu
         float(np.mean(values.ravel()[inside])) if np.any(inside) else 0.0
         for values in (pattern.uncertainty_grid_mm(at, at), pattern.next_part_grid_mm(at, at))
     )
+    rigid = _rigid_share(surface, pattern, there)
     if pattern.support is None:
-        return SurfaceFigures(largest, unsure, kept)
+        return SurfaceFigures(largest, unsure, kept, rigid=rigid)
     at, u, v = square(SUPPORT)
     inside = there.square(SUPPORT).ravel()
     area = np.where(inside, _area(surface, u, v), 0.0)
@@ -61,10 +66,40 @@ def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigu
         largest_mm=largest,
         uncertainty_mm=unsure,
         next_part_mm=kept,
+        rigid=rigid,
         unsupported=share,
         unsupported_u_mm=float(unsure_mm[worst]),
         unsupported_at_mm=(x, y, z),
     )
+
+
+def _rigid_share(surface: Surface, pattern: Pattern, there: OnFace) -> float:
+    """Returns the share of the pattern's mean square that a small motion of the part makes, 0 to 1."""
+    at, u, v = square(FIGURES)
+    inside = there.square(FIGURES).ravel()
+    pattern_mm = pattern.mean.grid_mm(at, at).ravel()[inside]
+    if not np.any(pattern_mm):
+        return 0.0
+    (u0, u1), (v0, v1) = surface.domain
+    places = u0 + (u1 - u0) * u[inside], v0 + (v1 - v0) * v[inside]
+    points = surface.point_mm(*places)
+    centre = np.mean(points, axis=0)
+    motions = rigid_motions(points, surface.normal(*places), centre, spread_of(points, centre))
+    made = motions.shapes[:, motions.size > 1e-12 * motions.size[0]]
+    return float(np.sum((made.T @ pattern_mm) ** 2) / np.sum(pattern_mm**2))
+
+
+def rigid_findings(figures: SurfaceFigures, parts: Sequence[str], setup_mm: float) -> Iterator[Finding]:
+    """Yields a warning where a motion of the part makes most of a pattern that is corrected by the datum."""
+    if figures.rigid > MOST:
+        yield Finding(
+            Severity.WARNING,
+            Code.SRF_SETUP,
+            f"{100 * figures.rigid:.0f} % of the pattern's mean square is a shift or turn of the part: a fixture, the "
+            "tool's length, or the alignment of the measurement makes it",
+            'gauging.alignment = "best-fit" takes it out and corrects form alone',
+            values={"part": ", ".join(parts), "setup_mm": setup_mm},
+        )
 
 
 def require_known(figures: SurfaceFigures, pattern: Pattern, there: OnFace, best_fit: bool) -> None:

@@ -10,7 +10,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Place, Severity, in_file
 from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import Item, Result, run_batch
-from trueloop.loops.surface.figures import SurfaceFigures, figures_of, require_known, support_findings
+from trueloop.loops.surface.figures import SurfaceFigures, figures_of, require_known, rigid_findings, support_findings
 from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, corrected_program
 from trueloop.surface.compensation.seam import Steps
@@ -123,7 +123,9 @@ class SurfaceModel:
     def findings(self) -> tuple[Finding, ...]:
         """Returns the findings in the parts and between them."""
         own = [finding for part in self.parts for finding in part.findings]
-        return (*support_findings(self.figures), *own, *self.left_out, *self.pattern.findings)
+        names = [part.deviations.name for part in self.parts]
+        rigid = () if self.options.best_fit else rigid_findings(self.figures, names, self.options.setup_mm)
+        return (*support_findings(self.figures), *rigid, *own, *self.left_out, *self.pattern.findings)
 
 
 def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:
