@@ -359,7 +359,9 @@ def test_a_mounted_tool_is_not_that_of_both_set_ups_by_its_number(tmp_path: Path
 
 
 def test_readings_of_gauges_are_kept_where_the_program_has_them(tmp_path: Path) -> None:
-    """By hand: Ø38 at z −64 is at Z −16; 30 from back to back-step is a length of the second side."""
+    """By hand: Ø38 at z −64 is at Z −16; 30 from back to back-step is a length of the second side, which has the
+    one from side to side, too, for the part's certificate. The next part is corrected beside it.
+    """
     path = placed(tmp_path)
     (tmp_path / "readings.csv").write_text("feature,z_mm,diameter_mm\nback-seat,-64,38.004\nback-seat,-70,38.005\n")
     (tmp_path / "lengths.csv").write_text(
@@ -375,9 +377,13 @@ def test_readings_of_gauges_are_kept_where_the_program_has_them(tmp_path: Path) 
     of = "two sides, second, T2"
     assert kept == {
         (of, "back", "back-step", 30.003, ()),
+        (of, "back", "front", 80.004, ()),
         (of, "back-seat", "", 38.004, (-16.0,)),
         (of, "back-seat", "", 38.005, (-10.0,)),
     }
+    for name in ("touches.csv", "readings.csv", "lengths.csv"):
+        (tmp_path / name).write_text((tmp_path / name).read_text() + "\n")  # files of their own
+    run("compensate", path, "--serial", "P2", "-o", tmp_path / "next")
 
 
 def test_a_length_from_the_parts_zero_is_of_a_program_that_has_the_same_zero() -> None:

@@ -282,7 +282,8 @@ def test_a_length_between_two_edges_is_judged_by_both(tmp_path: Path) -> None:
     joint = correct_setup(read_cuts(JobFiles.of(path)).setups[0])
     assert joint.notes == ()
     (length,) = joint.characteristics
-    assert length.characteristic.name == "L1" and length.before is None
+    assert length.characteristic.name == "L1" and length.before is not None
+    assert length.before.value == pytest.approx(20.0 - 0.004 - 0.009, abs=3e-4), "as touched"
     assert length.after.value == pytest.approx(20.0 - 0.002 - 0.0045, abs=3e-4)
     assert 0.003 * 2**0.5 * 2**0.5 < length.after.standard_u < 0.012, "two cuts differ by √2 · 3 µm, of either edge"
     assert length.after.verdict == "in" or (length.after.probability_in or 0.0) > 0.8
