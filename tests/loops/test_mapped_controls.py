@@ -286,7 +286,7 @@ def test_an_arc_that_would_have_to_leave_its_plane_becomes_lines(tmp_path: Path)
 def test_a_helix_of_klartext_becomes_lines_for_only_cp_writes_one(tmp_path: Path, turn: str) -> None:
     """TNC7 81762x-16, Helix: "can only be programmed with a circular path CP"; C and CR would not cut one.
 
-    Under a field that is no shift the pole of a CP would not go where its ends do.
+    A field that is not a shift displaces the pole of a CP and its ends differently.
     """
     text = f"0 BEGIN PGM A MM\n1 L X+10 Y+0 Z+0 R0 F100\n2 CC X+0 Y+0\n3 {turn}\n4 L X+20\n"
     written, _ = mapped(tmp_path, text, affine_field(np.diag((1.0, 1.0, 1.0 + 1e-9)), (0.1, 0.2, -0.25)), "heidenhain")
@@ -310,6 +310,7 @@ CC IX-4 Y+40
 LP PR+8 PA+30
 CC
 LP PR+6 IPA-120 R0 FMAX
+CP IPA+90 Z-4 DR+
 CC X+20 Z-10
 CP IPA-45 DR-
 L Z+50 R0 FMAX
@@ -330,6 +331,7 @@ def test_a_shift_moves_the_pole_and_leaves_what_is_about_it(tmp_path: Path) -> N
         "LP PR+8 PA+30",
         "CC",
         "LP PR+6 IPA-120 R0 FMAX",
+        "CP IPA+90 Z-4.0030 DR+",
         "CC X+20.0100 Z-10.0030",
         "CP IPA-45 DR-",
         "L Z+49.9970 R0 FMAX",
@@ -342,7 +344,7 @@ def test_a_shift_moves_the_pole_and_leaves_what_is_about_it(tmp_path: Path) -> N
     assert np.degrees(path.sweep_rad[1]) == pytest.approx(-1890.0)
     source = path_of(POLAR, "heidenhain")
     assert path.end_mm == pytest.approx(source.end_mm + by, abs=1e-9)
-    assert path.centre_mm[[1, 4]] == pytest.approx(source.centre_mm[[1, 4]] + by, abs=1e-9)
+    assert path.centre_mm[[1, 4, 5]] == pytest.approx(source.centre_mm[[1, 4, 5]] + by, abs=1e-9)
 
 
 def test_an_arc_about_the_pole_of_a_polar_move_has_the_moved_one(tmp_path: Path) -> None:

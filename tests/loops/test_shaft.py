@@ -277,7 +277,7 @@ def test_sizes_of_a_file_that_names_no_feature_are_judged_of_the_feature_that_th
 
 
 def test_an_axis_for_which_an_offset_is_enough_does_not_state_that_the_contour_stays(tmp_path: Path) -> None:
-    """All stand off by one amount, and the cone's angle deviates: for that the contour is corrected."""
+    """All diameters deviate by one amount, and the cone's angle, too: that angle needs the contour."""
     done = corrected(tmp_path, FIFTEEN_TOO_LARGE + "cone,angle,,,11.40,,,0.005\n")
     assert done.decision.x.enough and not done.decision.by_offset
     assert "such an offset is enough" in done.decision.x.words

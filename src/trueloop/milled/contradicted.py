@@ -41,7 +41,7 @@ SHOWS: Final = 0.1
 
 @dataclass(frozen=True, eq=False)
 class _Slip:
-    """What a person may have done otherwise: `moved` are the displaced numbers, mm or rad; `words` how it came."""
+    """A mistake at the control: `moved` are the numbers that it changes, mm or rad, `words` describe it."""
 
     moved: Entered
     words: str

@@ -292,7 +292,7 @@ def test_a_chip_in_a_bore_is_named_and_does_not_move_the_tool() -> None:
 
 
 def test_a_number_that_one_reading_shows_is_told() -> None:
-    """The floor is the only face of tool 2, with a chip of 80 µm on it: of one part that is told, of two not."""
+    """The floor is the only face of tool 2, with a chip of 80 µm on it: one part gives the note, two parts do not."""
     mill = Mill(scatter=5e-4)
     rng = np.random.default_rng(2)
     features = {name: replace(one, tool=2) if name == "floor" else one for name, one in FEATURES.items()}

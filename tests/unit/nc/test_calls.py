@@ -31,7 +31,7 @@ def test_words_of_a_macro_call_set_no_feed_and_no_speed() -> None:
 
 
 def test_a_value_that_decides_an_alarm_alone_is_not_asked_for() -> None:
-    """Whether the tool's life is over is the machine's to say: the path is that of the program which goes on."""
+    """The machine decides if the tool's life is over: the path is that of the program without the alarm."""
     path = run("G21 G00 X1.\nIF[#5405GE6000.]THEN#3000=15(LIFE)\nX2.\nM30", "haas-mill")
     assert path.end_mm[:, 0].tolist() == [1, 2]
     assert [(found.code, found.severity) for found in path.findings] == [(Code.NC_FLOW, Severity.NOTE)]

@@ -173,7 +173,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Whether a polar block has both the radius and the angle, so that its end does not hang on its start.
+    /// Whether a polar block has both the radius and the angle: its end is independent of its start.
     fn says_both(&self, here: &Here) -> bool {
         b"pq".iter().all(|letter| here.words.iter().any(|word| word.letter == *letter && is_value(word)))
     }

@@ -391,7 +391,7 @@ def _parts_of(store: Store, correction: Correction) -> tuple[tuple[MadePart, ...
             return parts[:k], one
     stage = Stage.SEMIFINISH if record.cut_with is None else Stage.FINISH
     setting = None if record.edge is None else Setting(record.edge, record.edge_set_at)
-    order = 1 + max((int(one.order) for one in parts), default=-1)
+    order = 1 + max((int(one.order) for one in parts if one.order >= 0), default=-1)
     return parts, made_part(correction, Cut(part, stage, setting, order=order), None)
 
 

@@ -126,8 +126,8 @@ def inspection_of_edge(
     contour, None: the part's. What lies on no feature does not belong to it. A length from one of its faces to that of
     another edge, or to a zero that is not the program's, is kept beside what is measured of it alone: by the name and
     with the limits of `drawn`, where the drawing has it; no error of the edge follows from it. Where z counts from a
-    touch of another edge's feature, the touches are kept as they are seen from there: with their z less what that touch
-    stands off its nominal.
+    touch of another edge's feature, the touches are kept in its frame: their z less the deviation of that touch from
+    its nominal.
     """
     frame = setup or PART
     matched = match_inspection(profile, inspection, names)
@@ -156,7 +156,7 @@ def inspection_of_edge(
 
 
 def _off_mm(profile: Profile, of: MatchedTouch, allowance_mm: float) -> float:
-    """Returns how far along z a touched face stands off its nominal, mm."""
+    """Returns the deviation of a touched face from its nominal along z, mm."""
     assert of.touch.error_mm is not None  # `match_inspection` takes it from the point
     return (of.touch.error_mm - allowance_mm) / _normal_z(profile, of)
 

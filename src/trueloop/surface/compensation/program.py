@@ -219,8 +219,15 @@ def corrected_program(
     check_gouges(written, on_surface(again, job), axes, of_pass, nominal, corrected, job)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
     new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
-    provenance = changes(program, edits[1:]), unit_of_path(program.unit, path)
-    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, *provenance, findings)
+    return CorrectedProgram(
+        source,
+        cutting_moves=len(samples.cutting_moves),
+        new_blocks=new_blocks,
+        largest_mm=largest_mm,
+        changes=changes(program, edits[1:]),
+        unit=unit_of_path(program.unit, path),
+        findings=findings,
+    )
 
 
 def _check(program: Program, path: ToolPath, samples: Samples) -> None:
