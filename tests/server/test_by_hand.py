@@ -19,6 +19,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.record import sha256_of
 from trueloop.jobs.factory.by_hand import made_before
 from trueloop.jobs.factory.hand_job import AskedPart
+from trueloop.jobs.monitor.certificate import certificate_of
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job
 from trueloop.jobs.turned.new import Wanted, new_job
@@ -364,3 +365,35 @@ def test_a_program_that_takes_too_long_is_refused(tmp_path: Path) -> None:
     assert problem(otto.post("by-hand/part", part)) == "SRV-FILE"
     assert problem(correction(otto, part, measured())) == "SRV-FILE"
     store.close()
+
+
+def test_tolerances_as_the_drawing_has_them_make_a_certificate(service: Running) -> None:
+    """A first part out of its limits, the next one inside; the sheet of the second has the tolerances of the first."""
+    otto = service.signed_in("operator")
+    part, stated = part_of(otto), {"cylinder-1": "±0.02", "cylinder-2": "h6", "face-1 length": "+0.1/0"}
+    stated |= {"cylinder-3": "ISO 2768-f", "cylinder-4": "+0,03 0"}
+    seen = otto.post("by-hand/part", part).json()
+    assert [one["tolerance_name"] for one in seen["sizes"][:4]] == 2 * ["cylinder-1"] + ["face-1 length", "cylinder-2"]
+    assert seen["tolerances"] == {}
+    out = corrected(otto, part, measured(tolerances=stated, instrument="micrometer"))
+    seen = otto.post("by-hand/part", part).json()
+    assert seen["tolerances"] == stated
+    unread = measured(tolerances={"cylinder-1": "about 1"})
+    assert problem(otto.post("by-hand/correction", {"part": part, "measured": unread})) == "TOL-TEXT"
+    other = measured(tolerances={"cylinder-1 a": "h6"})
+    assert problem(otto.post("by-hand/correction", {"part": part, "measured": other})) == "MSR-FEATURE"
+    assert certificate_of(service.store, "0017", "shaft").outcome == "does not conform"
+    inside = AFTER | {"cylinder-2 a": "35.992", "cylinder-2 b": "35.993", "face-1 length": "80.05"}
+    stated_cut = {
+        "cut_with": out["id"],
+        "cut_by": "corrected",
+        "made_before": [one["id"] for one in seen["made_before"]],
+    }
+    corrected(otto, part, measured(inside, serial="0018", instrument="micrometer", tolerances=stated, **stated_cut))
+    of_next = certificate_of(service.store, "0018", "shaft")
+    assert of_next.outcome == "conforms"
+    limits = {one.characteristic: (one.lower_limit, one.upper_limit) for one in of_next.characteristics}
+    # ISO 286: IT6 of 30 to 50 mm is 16 µm
+    assert limits["cylinder-2"] == pytest.approx((35.984, 36.0)) and limits["face-1 length"] == pytest.approx(
+        (80.0, 80.1)
+    )

@@ -1,6 +1,7 @@
 """A part that a person measures and corrects, without an order: what to measure of it, and what to cut it with."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from trueloop.factory.views.uploads import Remarked
@@ -15,7 +16,8 @@ About = Literal["dialect", "unit", "parameters", "lines", "outline", "accept_unk
 class SizeToMeasure:
     """A size of the measuring sheet by its number there; lengths in mm, an angle in degrees; z None: at no one place.
 
-    `other` is the feature that a length counts from, "" for the part's zero.
+    `other` is the feature that a length counts from, "" for the part's zero. `tolerance_name`: a tolerance is stated
+    under it for all sizes with this name; "" where the drawing has limits.
     """
 
     number: int
@@ -27,6 +29,7 @@ class SizeToMeasure:
     nominal: float
     lower_limit: float | None
     upper_limit: float | None
+    tolerance_name: str
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,8 @@ class Picture:
 class PartByHand:
     """The part that a program cuts. Where it cannot be read, `problem` says why, and `question` what helps.
 
-    Values are typed in `unit`, the program's; `tools` are those that cut.
+    Values are typed in `unit`, the program's; `tools` are those that cut. `tolerances` are those of the last correction
+    of the program, by `tolerance_name`.
     """
 
     name: str
@@ -78,6 +82,7 @@ class PartByHand:
     question: Unstated | None = None
     problem: Remarked | None = None
     made_before: tuple[MadeBefore, ...] = ()
+    tolerances: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

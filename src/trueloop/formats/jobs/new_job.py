@@ -56,7 +56,7 @@ def job_toml(new: NewJob) -> str:
 
 def _part(new: NewJob) -> str:
     if new.drawing is None:
-        return part_table_toml(new.name, new.profile, new.notes)
+        return part_table_toml(new.name, new.profile, new.notes) + characteristics_toml(new.asked)
     features = ", ".join(new.profile.names)
     return "\n".join(
         [

@@ -10,6 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
+from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.life import Ran
 from trueloop.domain.option import PageOptions
 from trueloop.domain.record import Correction as StoredCorrection
@@ -33,6 +34,7 @@ from trueloop.jobs.factory.hand_job import JOB, MAPPING, SHEET, AskedPart, Asked
 from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
 from trueloop.jobs.factory.uploads import HandedFile, add_upload, safe_name, upload_of
 from trueloop.jobs.store.where import Keeping
+from trueloop.jobs.turned.characteristics import tolerance_name
 from trueloop.jobs.turned.compensate import Done, corrected_into
 from trueloop.jobs.turned.job import read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
@@ -43,7 +45,7 @@ from trueloop.memory.edge.options import Use
 from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.called import CalledOffset, called
 from trueloop.nc.program.dialect import DIALECTS
-from trueloop.nc.program.program import read_program
+from trueloop.nc.program.program import Unit, read_program
 from trueloop.report import still
 from trueloop.report.markup import esc
 from trueloop.report.shape import known
@@ -55,7 +57,7 @@ from trueloop.report.turned.part import all_notes
 from trueloop.report.turned.summary import headline
 from trueloop.report.turned.touch_sheet import places_figure
 from trueloop.storage.store import Store, find
-from trueloop.units import UM_PER_MM
+from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 QUESTIONS: Final[Mapping[Code, About]] = {
     Code.NC_DIALECT: "dialect",
@@ -231,6 +233,7 @@ def _shown(job: Path, say: Texts) -> PartByHand:
                 nominal=one.nominal,
                 lower_limit=one.lower_limit,
                 upper_limit=one.upper_limit,
+                tolerance_name=tolerance_name(one),
             )
             for number, one in enumerate(sheet.planned, 1)
         ),
@@ -307,6 +310,21 @@ def name_before(store: Store, sha256: str) -> str:
     """Returns the name of the part type of the first correction of a program, by its hash; "" before that."""
     types = (one.record.part_type for one in _before(store, sha256))
     return next((one.name for one in types if one is not None), "")
+
+
+def tolerances_before(store: Store, sha256: str, unit: Unit) -> dict[str, str]:
+    """Returns the tolerances by which the last correction of a program, by its hash, was judged, in the program's unit.
+
+    By the name of the characteristic, as a drawing writes them.
+    """
+    before = _before(store, sha256)
+    asked = [one.characteristic for one in before[-1].record.characteristics] if before else []
+    return {one.name: one.tolerance or _deviations(one, MM_PER_INCH if unit == "inch" else 1.0) for one in asked}
+
+
+def _deviations(of: Characteristic, mm_per_unit: float) -> str:
+    limits = (of.upper_limit, of.lower_limit)
+    return "/".join(f"{(one - of.nominal) / mm_per_unit:+.6g}" for one in limits if one is not None)
 
 
 def _tool_of(of: Correction) -> str:

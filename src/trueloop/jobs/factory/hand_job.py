@@ -62,8 +62,9 @@ class AskedReadings:
     """Measurements: `values` as they were read, by the name of the size, or `file`, the hash of one handed over.
 
     `by`: what carries the correction. `cut_with`: "given", the id of a correction, or "" where nothing is stated;
-    `made_before`: the ids of the corrections among which that was chosen. `expanded_uncertainty_um` (k = 2) holds for
-    the values that state none.
+    `made_before`: the ids of the corrections among which that was chosen. `tolerances`, by the name under which the
+    part as shown has them, are as the drawing writes them, in the program's unit. `expanded_uncertainty_um` (k = 2)
+    holds for the values that state none.
     """
 
     values: Annotated[Mapping[Words, tuple[Typed, ...]], Field(max_length=1000)] = field(default_factory=dict)
@@ -79,6 +80,7 @@ class AskedReadings:
     cut_with: Annotated[str, Field(pattern=r"^(given|[0-9a-f]{16})?$")] = ""
     cut_by: Literal["corrected", "offsets", "wear"] | None = None
     made_before: Annotated[tuple[Id, ...], Field(max_length=10_000)] = ()
+    tolerances: Annotated[Mapping[Words, Typed], Field(max_length=1000)] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -128,6 +130,7 @@ def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
             tip=part.tip,
             accept_unknown_words=part.accept_unknown_words,
             stated={} if measured is None else _stated(folder, measured, hand_job),
+            tolerances={} if measured is None else measured.tolerances,
         )
     )
     job = folder / JOB

@@ -84,6 +84,40 @@ def _twice(characteristic: Characteristic, message: str) -> TrueloopError:
     return Code.TOL_TWICE.refusal(message, hint=hint, values={"characteristic": characteristic.name})
 
 
+def tolerance_name(size: Characteristic) -> str:
+    """Returns the name under which a tolerance of a size of the sheet is stated; "" where the drawing has limits.
+
+    A diameter is read at several places, and has one tolerance.
+    """
+    if size.lower_limit is not None or size.upper_limit is not None:
+        return ""
+    return size.feature if size.quantity is Quantity.DIAMETER else size.name
+
+
+def toleranced(
+    tolerances: Mapping[str, str], planned: Sequence[Characteristic], profile: Profile, mm_per_unit: float
+) -> tuple[Characteristic, ...]:
+    """Returns the characteristics of sizes of the sheet whose tolerances, as a drawing has them, are stated by name.
+
+    Numbers of the texts are in units of `mm_per_unit`. Raises TOL errors; MSR-FEATURE for a name that no size has.
+    """
+    sizes = {name: one for one in reversed(planned) if (name := tolerance_name(one))}
+    found = []
+    for name, text in tolerances.items():
+        if name not in sizes:
+            raise Code.MSR_FEATURE.refusal(
+                f"the sheet has no size {name!r} without limits",
+                hint=f"its sizes without limits are: {', '.join(reversed(sizes))}",
+                values={"feature": name},
+            )
+        size = sizes[name]
+        size = replace(size, name=name, at_z_mm=None if size.quantity is Quantity.DIAMETER else size.at_z_mm)
+        edge = edge_of(profile, feature_index(profile, size))
+        lower, upper = limits_of(text, size.nominal, size.quantity, edge, mm_per_unit)
+        found.append(checked(size, lower, upper, text if mm_per_unit == 1.0 else "", profile))
+    return tuple(found)
+
+
 def joined(
     characteristics: Sequence[Characteristic],
     of_file: Sequence[Characteristic],

@@ -5,7 +5,7 @@ The sheet of what a person measures of a job's part, for paper and as the file t
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os.path import relpath
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
@@ -22,7 +22,7 @@ from trueloop.geometry.feature import is_curved
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile, Side
 from trueloop.geometry.validate import checked_profile
-from trueloop.jobs.turned.characteristics import characteristics_of
+from trueloop.jobs.turned.characteristics import characteristics_of, toleranced
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.commanded import Run, commanded
 from trueloop.nc.program.program import Program, Unit
@@ -32,6 +32,7 @@ from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spa
 from trueloop.report.pdf import as_pdf
 from trueloop.report.turned.touch_sheet import touch_sheet
 from trueloop.turned.readings.sizes import gauge_plan
+from trueloop.units import MM_PER_INCH
 
 CAD: Final = {".dxf": "dxf", ".step": "step", ".stp": "step", ".igs": "step", ".iges": "step"}
 """The key of the job by the drawing's ending."""
@@ -105,7 +106,8 @@ FEWEST, MOST = 3, 20
 class Wanted:
     """The sources of a new job. `measured`: "gauge" for readings of diameters and lengths, "points" for touches.
 
-    `measured_file` holds these already: none to be filled in is written. `stated` are further keys of the job.
+    `measured_file` holds these already: none to be filled in is written. `stated` are further keys of the job;
+    `tolerances` of sizes of the sheet, by name, as a drawing writes them in the program's unit.
     """
 
     program: Path
@@ -125,6 +127,7 @@ class Wanted:
     tip: int | None = None
     accept_unknown_words: bool = False
     stated: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    tolerances: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -154,6 +157,9 @@ def new_job(wanted: Wanted) -> NewFiles:
     with in_file(wanted.program):
         path = commanded(program, None, profile, wanted.nose_radius_mm, 0.0, _run(wanted)).path
     inch = unit_of_path(program.unit, path)["unit"] == "inch"
+    planned = gauge_plan(profile, drawn.asked)
+    limits = toleranced(wanted.tolerances, planned, profile, MM_PER_INCH if inch else 1.0)
+    drawn = replace(drawn, asked=(*drawn.asked, *limits))
     measured, places = _to_fill_in(wanted, profile, inch)
     file = next(iter(measured)) if wanted.measured_file is None else relpath(wanted.measured_file, wanted.folder)
     contents = {"job.toml": job_toml(_said(wanted, program, drawn, file)), **measured}

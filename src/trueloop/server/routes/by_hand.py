@@ -13,6 +13,7 @@ from trueloop.jobs.factory.by_hand import (
     hand_files,
     made_before,
     part_by_hand,
+    tolerances_before,
     tried_by_hand,
 )
 from trueloop.jobs.factory.hand_job import AskedPart, AskedReadings
@@ -40,7 +41,11 @@ async def show_part(body: AskedPart, here: Here, who: By, say: Say) -> PartByHan
     def read() -> PartByHand:
         with hand_files(here.store, asked) as handed:
             found = answered(here.settings.limits, handed, part_by_hand)
-        return replace(found, made_before=made_before(here.store, body, found.tools))
+        return replace(
+            found,
+            made_before=made_before(here.store, body, found.tools),
+            tolerances=tolerances_before(here.store, body.program, found.unit),
+        )
 
     return await in_turn(here, read)
 

@@ -34,6 +34,7 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
   const correcting = useChange<Shape<"CorrectedByHand">>();
   const asking = useChange<Shape<"PartByHand">>();
   const [values, read] = useState<Record<string, string>>({});
+  const [tolerances, tolerate] = useState<Record<string, string>>(part.tolerances ?? {});
   const [stated, state] = useState(EMPTY);
   const [lengths, type] = useState({ u: EMPTY_LENGTH, allowance: EMPTY_LENGTH });
   const field = (name: keyof typeof EMPTY) => ({
@@ -82,6 +83,7 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
     cut_with,
     cut_by: (["wear", "offsets", "corrected"] as const).find((one) => one === cut_by) ?? null,
     made_before: before.map(({ id }) => id),
+    tolerances: file ? {} : limited(part, tolerances),
   };
   const why =
     whyNot ||
@@ -120,7 +122,13 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
         ) : (
           <>
             <p className="soft">{text("correct.how")}</p>
-            <Sizes part={part} values={values} read={(name, one) => (read((all) => ({ ...all, [name]: one })), changed())} />
+            <Sizes
+              part={part}
+              values={values}
+              read={(name, one) => (read((all) => ({ ...all, [name]: one })), changed())}
+              tolerances={tolerances}
+              tolerate={(name, one) => (tolerate((all) => ({ ...all, [name]: one })), changed())}
+            />
           </>
         )}
         <div className="fields">
@@ -154,22 +162,47 @@ interface OfSizes {
   part: Seen["part"];
   values: Record<string, string>;
   read: (name: string, value: string) => void;
+  tolerances: Record<string, string>;
+  tolerate: (name: string, tolerance: string) => void;
+}
+
+/** The tolerances that are typed, of sizes on the sheet. */
+function limited(part: Seen["part"], tolerances: Record<string, string>) {
+  const names = new Set((part.sizes ?? []).map((of) => of.tolerance_name));
+  const typed = Object.entries(tolerances).map(([name, one]) => [name, one.trim()] as const);
+  return Object.fromEntries(typed.filter(([name, one]) => one && names.has(name)));
 }
 
 /** A row for each size by its number in the picture; values in the unit of the program. */
-function Sizes({ part, values, read }: OfSizes) {
+function Sizes({ part, values, read, tolerances, tolerate }: OfSizes) {
   const text = useText();
   const inch = part.unit === "inch";
   const unit = inch ? "in" : "mm";
   const said = (value: number | null | undefined, of: Size) =>
     number(value && of.quantity !== "angle" ? shownIn(part.unit, "mm", value) : value, inch ? 4 : 3);
+  const sizes = part.sizes ?? [];
+  const first = (of: Size) => sizes.find((one) => one.tolerance_name === of.tolerance_name) === of;
+  const limits = (of: Size) =>
+    of.tolerance_name === "" ? (
+      <span className="number">{`${said(of.lower_limit, of)} … ${said(of.upper_limit, of)}`}</span>
+    ) : (
+      first(of) && (
+        <TextInput
+          aria-label={`${text("correct.tolerance", { unit })}: ${of.tolerance_name}`}
+          placeholder={inch ? "±0.001" : "h6, ±0.02"}
+          autoComplete="off"
+          value={tolerances[of.tolerance_name] ?? ""}
+          onChange={(event) => tolerate(of.tolerance_name, event.currentTarget.value)}
+        />
+      )
+    );
   const what = (of: Size) => ({ diameter: "Ø", radius: "R" })[of.quantity] ?? of.quantity;
   return (
     <Rows
       label={text("correct.part")}
       none=""
-      head={[text("correct.size"), text("head.feature"), text("head.nominal"), text("correct.at"), text("correct.measured", { unit })]}
-      rows={(part.sizes ?? []).map((of) => ({
+      head={[text("correct.size"), text("head.feature"), text("head.nominal"), text("correct.at"), text("correct.measured", { unit }), text("correct.tolerance", { unit })]}
+      rows={sizes.map((of) => ({
         key: of.name,
         cells: [
           <strong>{of.number}</strong>,
@@ -185,6 +218,7 @@ function Sizes({ part, values, read }: OfSizes) {
             value={values[of.name] ?? ""}
             onChange={(event) => read(of.name, event.currentTarget.value)}
           />,
+          limits(of),
         ],
       }))}
     />
