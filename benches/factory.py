@@ -28,8 +28,8 @@ from trueloop.factory.shown.orders import order_rows, today
 from trueloop.factory.shown.parts import part_life, part_rows
 from trueloop.storage.factory_tables import EVENT, stamp
 from trueloop.storage.kinds import joined
+from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store, open_store
-from trueloop.storage.tables import TABLES
 
 IN_ORDER: Final = 400
 CALLS: Final = 200

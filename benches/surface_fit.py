@@ -7,7 +7,7 @@ import numpy as np
 from benches.ratio import Contender, compare, compare_once, verdict
 from trueloop._core import fit_surface_grid
 from trueloop.formats.cad.kernel import kernel
-from trueloop.geometry.surface_basis import clamped_knots
+from trueloop.geometry.surface import clamped_knots
 
 SIZES = ((25, 15), (100, 40), (1000, 100))
 SOON_MOST = 100

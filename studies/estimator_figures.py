@@ -19,8 +19,8 @@ from studies.replay.page import cut_um, inside, left_um
 from studies.replay.replay import Predicted, Replayed, replay
 from trueloop.estimate.catalogue import turned_catalogue
 from trueloop.estimate.term import Catalogue
-from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.predict import expect
+from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import MadePart
 
 MODBAS2, PIECS11 = slice(1, 4), slice(5, 10)

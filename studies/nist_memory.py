@@ -17,8 +17,8 @@ from scripts.nist_parts import NistPart, parts
 from scripts.nist_table import corrected
 from studies.replay.replay import Predicted, Replayed, replay
 from trueloop.arrays import Flags
-from trueloop.loops.turned.cut_errors import cut_errors
-from trueloop.memory.edge.options import MemoryOptions
+from trueloop.loops.turned.deviations import cut_errors
+from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors

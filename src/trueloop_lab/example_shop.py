@@ -18,8 +18,7 @@ from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.jobs.measure.keep_measured import StatedCut, keep_measured
 from trueloop.jobs.measure.measured import Chosen, read_measured, read_part_of_job
 from trueloop.jobs.series import Adding, accepted, add_files, propose
-from trueloop.jobs.store.opened import made
-from trueloop.jobs.store.where import Keeping
+from trueloop.jobs.store.opened import Keeping, made
 from trueloop.jobs.turned.compensate import compensate_and_keep
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.storage.store import Store, keep

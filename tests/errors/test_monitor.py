@@ -6,9 +6,8 @@ import numpy as np
 
 from tests.support.series import followed
 from trueloop.errors import Code
-from trueloop.loops.monitor.chart import chart_of
+from trueloop.loops.monitor.chart import ChartOptions, chart_of
 from trueloop.loops.monitor.known import PartFacts
-from trueloop.loops.monitor.options import ChartOptions
 from trueloop.monitoring.capability import capability
 
 ERRORS_UM = (3.0, 5.0, 4.0, 6.0, 5.0, 4.0, 3.0, 5.0, 6.0)

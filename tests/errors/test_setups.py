@@ -8,8 +8,7 @@ import pytest
 
 from tests.support.two_sides import FRAMES, PLACES, job, second
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.store.opened import made
-from trueloop.jobs.store.where import Keeping
+from trueloop.jobs.store.opened import Keeping, made
 from trueloop.jobs.turned.compensate import compensate_and_keep, corrected_part
 from trueloop.jobs.turned.job import read_job
 from trueloop.jobs.turned.job_files import JobFiles

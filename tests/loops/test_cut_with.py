@@ -16,7 +16,7 @@ from tests.support.records import sealed
 from trueloop.domain.life import Cut, Ran
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.store.where import Choice, Keeping
+from trueloop.jobs.store.opened import Choice, Keeping
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.in_force import in_force

@@ -14,10 +14,10 @@ from tests.support.profiles import polyline
 from trueloop.domain.inspection import Touch
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.validate import checked_profile
-from trueloop.jobs.store.where import Choice, Keeping
+from trueloop.jobs.store.opened import Choice, Keeping
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
 from trueloop.loops.turned.finished_parts import _used
-from trueloop.memory.edge.options import Use
+from trueloop.memory.edge.state import Use
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors
 

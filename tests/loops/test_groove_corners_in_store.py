@@ -10,7 +10,7 @@ from tests.support.grooved import FEATURES, LEFT, NOSE_MM, OD, PLACES, RIGHT, jo
 from trueloop.domain.life import Cut
 from trueloop.domain.tool import Edge, Tool
 from trueloop.jobs.store.history import history_of
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.storage.store import Store, find
 
 MOUNTED = {OD: ("turning", "1"), LEFT: ("grooving", "1"), RIGHT: ("grooving", "2")}

@@ -13,7 +13,7 @@ import pytest
 
 from tests.support.cli import run
 from trueloop.errors import TrueloopError
-from trueloop.jobs.store.where import Keeping
+from trueloop.jobs.store.opened import Keeping
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

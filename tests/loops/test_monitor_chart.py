@@ -8,9 +8,8 @@ import pytest
 
 from tests.support.series import inspection
 from trueloop.diagnosis.causes.cause import Candidate, Cause, Diagnosis
-from trueloop.loops.monitor.chart import MonitoredSeries, chart_of
+from trueloop.loops.monitor.chart import ChartOptions, MonitoredSeries, chart_of
 from trueloop.loops.monitor.known import PartFacts
-from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.series import PartSeen, series_of
 from trueloop.loops.post_process.tracked import TrackedSeries, tracked
 

@@ -16,7 +16,7 @@ from tests.support.cli import run
 from tests.support.grooved import LEFT, OD, PLACES, RIGHT, Control, Cutting, job
 from trueloop.arrays import Array
 from trueloop.domain.proposal import Proposal, ToolOffset
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.storage.store import find
 
 SIZES = {

@@ -21,7 +21,7 @@ from trueloop.domain.record import Correction, sha256_of
 from trueloop.domain.tool import Edge, Tool
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.store.history import history_of
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.loops.turned.share import reading_in
 from trueloop.storage.store import Store, find
 

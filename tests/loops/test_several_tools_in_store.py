@@ -16,7 +16,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge, Tool
 from trueloop.jobs.store.history import history_of
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.storage.store import Store, find
 
 OD, BAR = (1, 1), (2, 1)

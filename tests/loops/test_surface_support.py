@@ -20,8 +20,7 @@ from trueloop.report.surface.page import maps, surface_page
 from trueloop.surface.compensation.shift import corrected_surface
 from trueloop.surface.on_face import on_face
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.outlying_point import outlying_point
-from trueloop.surface.separation.separate import of_size
+from trueloop.surface.separation.separate import of_size, outlying_point
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 SIDE = 17

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from trueloop._core import ScatteredSplines, fit_surface_grid, pair_sums, weights_product
-from trueloop.geometry.surface_basis import basis_matrix, clamped_knots
+from trueloop.geometry.surface import basis_matrix, clamped_knots
 
 RNG = np.random.default_rng(3)
 

@@ -12,7 +12,7 @@ from tests.support.service import Running, problem
 from trueloop.jobs.diagnose import diagnosed
 from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
 from trueloop.jobs.monitor.charts import charts_of
-from trueloop.loops.monitor.options import ChartOptions
+from trueloop.loops.monitor.chart import ChartOptions
 from trueloop.report.texts.texts import german
 from trueloop.server.app import Studies
 from trueloop.storage.store import keep

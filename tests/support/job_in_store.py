@@ -12,7 +12,7 @@ from tests.support.correction import EXAMPLES
 from trueloop.arrays import Array
 from trueloop.domain.record import Correction
 from trueloop.domain.tool import Edge, Tool
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.storage.store import Store, find, open_store
 
 TOOL = 'name = "PCLNL"\ninsert = "CNMG"\ncorner = "2"\n'

@@ -9,7 +9,7 @@ from tests.support.correction import example_inputs
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.geometry.feature import contact_angle_rad
 from trueloop.loops.turned.correction import Correction, Inputs
-from trueloop.loops.turned.cut_errors import cut_errors
+from trueloop.loops.turned.deviations import cut_errors
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.memory.made_part import MadePart

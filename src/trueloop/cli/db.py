@@ -178,8 +178,7 @@ Place = Annotated[
 
 def init(place: Place = None) -> None:
     """Make an empty store: a SQLite file, or tables in a PostgreSQL database by its URL."""
-    from trueloop.jobs.store.opened import made
-    from trueloop.jobs.store.where import BESIDE
+    from trueloop.jobs.store.opened import BESIDE, made
     from trueloop.storage.reading import shown
 
     made(place or BESIDE)

@@ -339,7 +339,7 @@ def _kept(done: "Decomposed", part_type: str, serial: str, db: str | None, *, su
     if not serial:
         return None
     from trueloop.jobs.machine.kept import keep_both
-    from trueloop.jobs.store.where import Keeping
+    from trueloop.jobs.store.opened import Keeping
 
     return keep_both(done, part_type, serial, Keeping(db, supersede=supersede))
 

@@ -10,7 +10,7 @@ from trueloop.cli.shared_options import Db, Page, argument, option, positive
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
-    from trueloop.loops.monitor.options import ChartOptions
+    from trueloop.loops.monitor.chart import ChartOptions
 
 
 def certify(
@@ -105,7 +105,7 @@ def chart(
 
 
 def _options(rules: str, baseline: str, anew: bool, what: What) -> "ChartOptions":
-    from trueloop.loops.monitor.options import ChartOptions
+    from trueloop.loops.monitor.chart import ChartOptions
 
     return ChartOptions(_rules(rules), _baseline(baseline, anew), anew, what.value)
 

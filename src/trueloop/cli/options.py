@@ -26,7 +26,7 @@ from trueloop.units import UM_PER_MM
 if TYPE_CHECKING:
     from trueloop.errors import Finding
     from trueloop.jobs.store.keep_facts import KeptFacts
-    from trueloop.jobs.store.where import Choice, Keeping
+    from trueloop.jobs.store.opened import Choice, Keeping
 
 
 def with_groups(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -143,7 +143,7 @@ class StoreChoice:
 
     def keeping(self, serial: str | None) -> "Keeping":
         """As jobs take it."""
-        from trueloop.jobs.store.where import Keeping
+        from trueloop.jobs.store.opened import Keeping
 
         return Keeping(self.choice, serial, self.supersede, tuple(self.accept or ()))
 

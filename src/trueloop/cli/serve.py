@@ -147,8 +147,7 @@ def serve(
     from trueloop.server.settings import require_packages
 
     require_packages()
-    from trueloop.jobs.store.opened import made, opened
-    from trueloop.jobs.store.where import BESIDE
+    from trueloop.jobs.store.opened import BESIDE, made, opened
     from trueloop.server.run import require_safe
     from trueloop.server.run import serve as run
 

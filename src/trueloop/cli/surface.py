@@ -257,7 +257,7 @@ def compensate(
 
     With a store its parts count too, and the job's parts, what was measured, the programs and the correction are kept.
     """
-    from trueloop.jobs.store.where import kept_all_the_same
+    from trueloop.jobs.store.opened import kept_all_the_same
     from trueloop.jobs.surface.job import correct_surface, corrected_files
     from trueloop.jobs.surface.kept_parts import keep_surface, with_store
     from trueloop.report.surface.summary import pattern_lines, pattern_summary

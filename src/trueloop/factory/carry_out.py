@@ -40,8 +40,8 @@ from trueloop.storage.factory_tables import (
     TEMPERATURE,
     stamp,
 )
+from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store
-from trueloop.storage.tables import TABLES
 
 __all__ = ["Done", "carry_out"]
 

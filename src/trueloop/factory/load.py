@@ -31,7 +31,7 @@ from trueloop.storage.factory_tables import (
 )
 from trueloop.storage.kinds import joined, kind_of, searchable
 from trueloop.storage.reading import Query, found
-from trueloop.storage.tables import TABLES
+from trueloop.storage.schema import TABLES
 
 
 @dataclass(frozen=True)

@@ -7,17 +7,20 @@ by line. A line of a text over several lines that looks like a key is taken for 
 import difflib
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from datetime import datetime
+from operator import attrgetter
 from pathlib import Path
-from typing import Annotated, Final, Generic, Literal, TypeVar, get_args
+from types import UnionType
+from typing import Annotated, Any, Final, Generic, Literal, TypeVar, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, create_model
 from pydantic_core import ErrorDetails
 
 from trueloop.described import Described
+from trueloop.domain.option import Choice, Option, choices_of, inside
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 
@@ -328,3 +331,57 @@ def _agreement(location: Location, other: Location) -> int:
     return next(
         (k for k, (a, b) in enumerate(zip(location, other, strict=False)) if a != b), min(len(location), len(other))
     )
+
+
+D = TypeVar("D")
+
+
+def with_options(table: str, *options: object) -> Callable[[type[T]], type[T]]:
+    """Puts keys in front of those of a table's model: every option of these dataclasses that belongs to that table.
+
+    A dataclass is given as its type, or as an instance where its defaults are others here.
+    """
+    choices = [choice for one in options for choice in choices_of(one).values()]
+    keys: dict[str, Any] = {
+        choice.option.key.removeprefix(f"{table}."): _field(choice)
+        for choice in choices
+        if choice.option.key.startswith(f"{table}.")
+    }
+
+    def model_with_keys(model: type[T]) -> type[T]:
+        before = create_model(model.__name__, __base__=Table, **keys)
+        bases: Any = (model, before)
+        whole: type[T] = create_model(
+            model.__name__, __base__=bases, __module__=model.__module__, __doc__=model.__doc__
+        )
+        return whole
+
+    return model_with_keys
+
+
+def options_from(kind: type[D], file: Table, **others: object) -> D:
+    """Returns the dataclass of a file's options, in mm, radians and shares; `others` are set by no key alone."""
+    keys = {name: choice.option.key for name, choice in choices_of(kind).items()}
+    return kind(**{name: inside(key, attrgetter(key)(file)) for name, key in keys.items()}, **others)
+
+
+def _field(choice: Choice) -> tuple[Any, Any]:
+    described = Field(choice.default, description=choice.option.meaning)
+    return Annotated[_checked(choice.kind, choice.option), In(choice.option.unit)], described
+
+
+def _checked(kind: Any, option: Option) -> Any:
+    """The type with the option's bounds at its numbers."""
+    if kind is float:
+        least = -MOST if option.least is None and option.above is None else option.least
+        most = MOST if option.most is None and option.below is None else option.most
+        bounds = Field(gt=option.above, ge=least, lt=option.below, le=most, allow_inf_nan=False, strict=True)
+        return Annotated[float, bounds]
+    if kind is int:
+        return Annotated[int, Field(ge=option.least, le=option.most or MOST_COUNTED, strict=True)]
+    if isinstance(kind, UnionType):
+        first, *rest = (_checked(one, option) for one in get_args(kind))
+        return first | rest[0]
+    if get_origin(kind) is tuple:
+        return tuple[tuple(_checked(one, option) for one in get_args(kind))]  # type: ignore[misc]
+    return kind

@@ -7,8 +7,7 @@ import numpy as np
 from trueloop._core import fit_surface_grid
 from trueloop.arrays import Array, for_kernel
 from trueloop.errors import Code
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_basis import clamped_knots
+from trueloop.geometry.surface import Surface, clamped_knots
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,7 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Judgement
 from trueloop.estimate.sizes import FAR, fitted_sizes
 from trueloop.estimate.state import Key, State
-from trueloop.milled.contradicted import PARTS_FOR_SIZES, SHOWS, require_as_stated
-from trueloop.milled.entry import PLAINEST, Entered, Entry, Part
+from trueloop.milled.entry import PARTS_FOR_SIZES, PLAINEST, SHOWS, Entered, Entry, Part, require_as_stated
 from trueloop.milled.observed import LASTING, ObservedSize, milled_catalogue, places_of
 from trueloop.statistics import rms
 from trueloop.tolerances.conformance import judge

@@ -1,14 +1,32 @@
-"""The numbers at a milling machine's control, the errors that they leave, and the parts that were cut with them."""
+"""The numbers at a milling machine's control, the errors that they leave, and the parts that were cut with them.
 
-from collections.abc import Mapping
+Parts that were not cut with the numbers that are stated as entered.
+
+A part is expected from the parts before it, with their scatter, or with that of milling in general where it is more:
+never with a scatter fitted to the part itself, which would take any slip for scatter of the machine. An entry, or a
+slip of several, displaces the n readings that show it by d (n,). Of that the share m = dᵀy / dᵀd is seen, y being what
+the part lies off, with the standard uncertainty u. A slip is m = 1, none m = 0: it lowers
+
+    χ² = (m / u)²     to     ((m − 1) / u)²     by     (2m − 1) / u²
+
+A slip is that of a person: a number, its last change or several at once were not entered, entered twice, or with the
+other sign.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.errors import Code
 from trueloop.estimate.places import Observed, Places
-from trueloop.milled.observed import ObservedSize, shift_basis, turn_basis, wall_share
+from trueloop.estimate.sizes import FAR, fitted_sizes
+from trueloop.estimate.state import State, Updated
+from trueloop.milled.observed import ObservedSize, milled_catalogue, shift_basis, turn_basis, wall_share
+from trueloop.units import UM_PER_MM
 
 Register: TypeAlias = Literal["radius", "length", "x", "y", "z", "turn"]
 
@@ -60,3 +78,127 @@ class Part:
         effect = sum((value * one.basis(self.observed.places) for one, value in self.in_force.items()), np.zeros(1))
         known = self.observed.of(np.broadcast_to(effect, len(self.observed.places)))
         return replace(self.observed, value_mm=self.observed.value_mm - known)
+
+
+PARTS_FOR_SIZES: Final = 3
+"""From so many parts on the sizes of the terms are fitted: before, one chip would make all features look uneven."""
+CONTRADICTED: Final = 36.0
+"""χ² of one degree of freedom, of any displacement as an entry makes it, above which a part was not cut as stated."""
+SLIPPED: Final = 20.0
+"""A slip that lowers χ² by more than this happened: of a part cut as stated by chance once in 250 000 times at most."""
+FITS: Final = 0.25
+"""So much of a slip, beside three standard uncertainties, what is seen may differ from it."""
+LEAST_MM: Final = 1e-6
+"""A displacement by less moves nothing."""
+SHOWS: Final = 0.1
+"""Readings that a displacement moves by less than this share of what it moves others by do not show it."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Slip:
+    """A mistake at the control: `moved` are the numbers that it changes, mm or rad, `words` describe it."""
+
+    moved: Entered
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """The share of a displacement that a part shows, with its standard uncertainty and the features that show it."""
+
+    share: float
+    u: float
+    features: int
+
+
+def require_as_stated(parts: Sequence[Part], possible: Sequence[Entry]) -> None:
+    """Raises MIL-CONTRADICTED for the first part that lies off what the parts before it and its stated entries predict,
+    as an entry would move it: what was in force was something else.
+    """
+    values = [part.as_first_set() for part in parts]
+    for k in range(1, len(parts)):
+        state = State.before(milled_catalogue(), _sizes_before(parts[:k]))
+        for one in values[:k]:
+            state = state.given(one).state.without_parts()
+        part, updated = parts[k], state.given(values[k])
+        found = [
+            (slip, seen)
+            for slip in _slips(part.in_force, parts[k - 1].in_force)
+            if (seen := _seen(part, updated, slip.moved)) is not None
+            and (2.0 * seen.share - 1.0) > SLIPPED * seen.u**2
+            and abs(seen.share - 1.0) < FITS + 3.0 * seen.u
+        ]
+        if found:
+            slip, seen = max(found, key=lambda one: (2.0 * one[1].share - 1.0) / one[1].u ** 2)
+            raise _contradicted(part, slip, seen)
+        for entry in possible:
+            own = _seen(part, updated, {entry: 1.0})
+            if own is not None and own.features > 1 and own.share**2 > CONTRADICTED * own.u**2:
+                raise _contradicted(part, _Slip({entry: 1.0}, ""), own)
+
+
+def _sizes_before(parts: Sequence[Part]) -> Mapping[str, float]:
+    """Returns the sizes of the terms by parts already cut, by the first 3, 6, 12 … of them, and no less than those of
+    milling in general: three parts may scatter little by chance.
+    """
+    general = milled_catalogue().medians
+    if len(parts) < PARTS_FOR_SIZES:
+        return general
+    count = PARTS_FOR_SIZES * 2 ** int(math.log2(len(parts) / PARTS_FOR_SIZES))
+    fitted = fitted_sizes(milled_catalogue(), [part.as_first_set() for part in parts[:count]])
+    return {name: max(fitted[name], size) for name, size in general.items()}
+
+
+def _slips(in_force: Entered, before: Entered) -> Iterator[_Slip]:
+    """Yields the slips of single numbers, of all of one kind, and of all numbers."""
+    entries = tuple(dict.fromkeys((*in_force, *before)))
+    kinds = (("radius",), ("length",), ("x", "y"), ("x", "y", "z"), PLAINEST)
+    groups = [(one,) for one in entries] + [tuple(one for one in entries if one.register in kind) for kind in kinds]
+    for group in dict.fromkeys(groups):
+        stated = {one: in_force.get(one, 0.0) for one in group}
+        change = {one: value - before.get(one, 0.0) for one, value in stated.items()}
+        for factor, how in ((-1.0, "had not been entered"), (1.0, "was entered twice"), (-2.0, "had the other sign")):
+            yield _Slip({one: factor * value for one, value in stated.items()}, how)
+            if change != stated:
+                last = "was still in force" if factor == -1.0 and not any(stated.values()) else f"{how} the last time"
+                yield _Slip({one: factor * value for one, value in change.items()}, last)
+
+
+def _seen(part: Part, updated: Updated, moved: Entered) -> _Seen | None:
+    """Returns the share of a displacement that a part shows; None where nothing of the part shows it.
+
+    Features that are far off by themselves have no part in it, unless they are most of those that show it.
+    """
+    places = part.observed.places
+    effect = sum((value * one.basis(places) for one, value in moved.items()), np.zeros(len(places)))
+    displaced = np.asarray(part.observed.of(effect))
+    largest = float(np.max(np.abs(displaced)))
+    if largest < LEAST_MM:
+        return None
+    shows = np.abs(displaced) > SHOWS * largest
+    odd = {key[-1] for key, scale in updated.scales.items() if scale >= FAR}
+    alike = np.array([all(feature.name not in odd for feature in one.features) for one in part.shown])
+    rows = shows & alike if 2 * np.count_nonzero(shows & alike) > np.count_nonzero(shows) else shows
+    d = displaced[rows]
+    size = float(d @ d)
+    u = math.sqrt(float(d @ updated.innovation.covariance_mm2[np.ix_(rows, rows)] @ d)) / size
+    features = {feature.name for one, shown in zip(part.shown, rows, strict=True) if shown for feature in one.features}
+    return _Seen(float(d @ updated.innovation.mean_mm[rows]) / size, u, len(features))
+
+
+def _contradicted(part: Part, slip: _Slip, seen: _Seen) -> Exception:
+    entries = [one for one, value in slip.moved.items() if value != 0.0]
+    entry = max(
+        entries,
+        key=lambda one: float(np.max(np.abs(part.observed.of(slip.moved[one] * one.basis(part.observed.places))))),
+    )
+    scale, unit = (1e6, "µrad") if entry.register == "turn" else (UM_PER_MM, "µm")
+    off, u = seen.share * slip.moved[entry] * scale, seen.u * abs(slip.moved[entry]) * scale
+    how = f", as if {' and '.join(one.words for one in entries)} {slip.words}" if slip.words else ""
+    return Code.MIL_CONTRADICTED.refusal(
+        f"part {part.serial!r} is off by {off:+.0f} {unit} in {entry.words} from what earlier parts and the numbers "
+        f"stated as entered predict, with a standard uncertainty of {u:.1f} {unit}{how}",
+        hint="correct `measured.entered` of that part; where a tool or a work offset was set anew in between, leave "
+        "out the parts measured before",
+        values={"part": part.serial, "entry": entry.words, "off": off, "u": u},
+    )

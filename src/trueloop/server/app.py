@@ -46,8 +46,8 @@ from trueloop.server.routes import (
 )
 from trueloop.server.settings import Limits, Settings, log, now
 from trueloop.server.traces import Traces
+from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store
-from trueloop.storage.tables import TABLES
 
 MOST: Final = 64
 """Answers that are kept; the one that was not asked for longest goes first."""

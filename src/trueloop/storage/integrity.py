@@ -12,8 +12,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.storage.encoded import digest, rows_of
 from trueloop.storage.kinds import KINDS, Kind
 from trueloop.storage.reading import AT_ONCE
+from trueloop.storage.schema import ROWS, TABLES
 from trueloop.storage.store import Store
-from trueloop.storage.tables import ROWS, TABLES
 from trueloop.storage.value_rows import FORMS, PIECE, RowForm
 
 _MALFORMED: Final = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)

@@ -12,7 +12,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.storage.encoded import Encoded, Kept, encoded, insert_rows
 from trueloop.storage.kinds import Kind, joined, kind_of, searchable
 from trueloop.storage.reading import Query, found
-from trueloop.storage.tables import ROWS, TABLES
+from trueloop.storage.schema import ROWS, TABLES
 
 
 @dataclass

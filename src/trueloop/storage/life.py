@@ -14,8 +14,8 @@ from trueloop.domain.record import Correction, Record
 from trueloop.storage.encoded import Kept
 from trueloop.storage.kinds import joined, kind_of, searchable
 from trueloop.storage.reading import Query, found, kept
+from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store
-from trueloop.storage.tables import TABLES
 
 _SEVERAL = 500
 """Cuts asked for at once."""

@@ -15,7 +15,7 @@ from sqlalchemy import Row as Result
 from trueloop.domain.codec import Codec
 from trueloop.storage.encoded import Kept, rows_of
 from trueloop.storage.kinds import Kind, searchable
-from trueloop.storage.tables import ROWS, TABLES
+from trueloop.storage.schema import ROWS, TABLES
 from trueloop.storage.value_rows import FORMS
 
 _BEFORE_HOST: Final = re.compile(r"(?<=://)([^/:?]*):.*@", re.DOTALL)

@@ -28,8 +28,7 @@ from trueloop.storage.engines import WRITING, engine_of, understood, url_of
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import kind_of
 from trueloop.storage.reading import Query, found, shown
-from trueloop.storage.schema import bring_up_to_date, check_schema, older
-from trueloop.storage.tables import METADATA
+from trueloop.storage.schema import METADATA, bring_up_to_date, check_schema, older
 
 __all__ = ["Kept", "Store", "find", "keep", "open_store"]
 

@@ -9,8 +9,7 @@ from pydantic import Field
 
 from trueloop.errors import Code, Place, in_file
 from trueloop.formats.jobs.job import read_turned_job
-from trueloop.formats.option_tables import options_from
-from trueloop.formats.toml_tables import Finite, NotNegative, Table, read_tables
+from trueloop.formats.toml_tables import Finite, NotNegative, Table, options_from, read_tables
 from trueloop.jobs.surface.job import read_surface
 from trueloop.jobs.turned.job import read_job
 from trueloop.turned.touches.touches import Gauging

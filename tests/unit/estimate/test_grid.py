@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trueloop.estimate.grid import probabilities, shares, tried
+from trueloop.estimate.weights import probabilities, shares, tried
 
 
 def test_weights_of_one_to_three_whatever_constant_their_logarithms_have() -> None:

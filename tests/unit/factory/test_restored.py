@@ -13,8 +13,8 @@ from trueloop.domain.factory import BlockKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.db.copied import back_up, restore
 from trueloop.server.identity.accounts import NewAccount, add_account
+from trueloop.storage.schema import METADATA
 from trueloop.storage.store import Store, open_store
-from trueloop.storage.tables import METADATA
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

@@ -12,8 +12,8 @@ from trueloop.errors import Code
 from trueloop.formats.cad.dxf import read_dxf
 from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.surface_job import read_surface_job
-from trueloop.formats.option_tables import options_from
 from trueloop.formats.tables.model_file import read_model
+from trueloop.formats.toml_tables import options_from
 from trueloop.turned.options import Options
 from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.job import Job, read_turned_job
-from trueloop.formats.option_tables import options_from
+from trueloop.formats.toml_tables import options_from
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
 

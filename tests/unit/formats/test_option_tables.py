@@ -7,8 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from trueloop.domain.option import Limits, MapOptions, Option, choices_of, inside
-from trueloop.formats.option_tables import options_from, with_options
-from trueloop.formats.toml_tables import Table
+from trueloop.formats.toml_tables import Table, options_from, with_options
 from trueloop.probing.probe_plan import Approach
 from trueloop.surface.options import SurfaceOptions
 from trueloop.turned.options import Options

@@ -5,8 +5,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from tests.support.surfaces import sphere, wavy_surface
-from trueloop.geometry.surface import closest
-from trueloop.geometry.surface_basis import basis_matrix, basis_rows, clamped_knots
+from trueloop.geometry.surface import basis_matrix, basis_rows, clamped_knots, closest
 from trueloop.geometry.surface_fit import fit_grid
 
 RNG = np.random.default_rng(7)

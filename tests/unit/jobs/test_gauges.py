@@ -14,7 +14,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.monitor.charts import charts_of, failed_checks, gauges_of, write_gauges
-from trueloop.loops.monitor.options import ChartOptions
+from trueloop.loops.monitor.chart import ChartOptions
 from trueloop.report.monitor.gauge import GaugeShape
 from trueloop.storage.store import Store, keep, open_store
 

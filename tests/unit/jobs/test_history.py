@@ -17,15 +17,14 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import Component
 from trueloop.domain.tool import Edge
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.store.history import history_of
-from trueloop.jobs.store.order import Dated, cutting_order
+from trueloop.jobs.store.history import Dated, cutting_order, history_of
+from trueloop.jobs.store.opened import named_store, store_of
 from trueloop.jobs.store.tool_history import history_of_tool, with_history
-from trueloop.jobs.store.where import named_store, store_of
 from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.stored import enveloped
 from trueloop.memory.edge import predict
-from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.edge.state import MemoryOptions
 from trueloop.storage.store import Store, find, keep, open_store
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

@@ -16,7 +16,7 @@ from trueloop.domain.part import Part
 from trueloop.domain.record import Correction, ProgramText
 from trueloop.domain.tool import Edge, Tool
 from trueloop.jobs.store.history import history_of
-from trueloop.jobs.store.where import store_of
+from trueloop.jobs.store.opened import store_of
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.storage.store import Store, find, open_store

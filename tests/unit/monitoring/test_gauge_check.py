@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trueloop.monitoring.gauge_check import Drift, Slope, drift, e_n
+from trueloop.monitoring.capability import Drift, Slope, drift, e_n
 
 RNG = np.random.default_rng(20)
 

@@ -169,7 +169,7 @@ def test_an_endless_program_is_looked_at_as_long_as_it_says_something_new(monkey
         looked_at.append(len(path))
         return cutting_rapids(path, **options)
 
-    monkeypatch.setattr("trueloop.nc.check.geometry.cutting_rapids", spied)
+    monkeypatch.setattr("trueloop.nc.check.check.cutting_rapids", spied)
     text = b"G21 G90 F100.\nG0 X0. Y0. Z0.\nN1 G1 X10.\nG3 X0. Y10. I-10.1 J0.\nG0 Y0.\nGOTO1\nM30\n"
     codes = [found.code for found in check(read_program(text, "fanuc-mill"), block_limit=300_000)]
     assert codes.count(Code.NC_LIMIT) == codes.count(Code.NC_ARC_FIT) == 1

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code
-from trueloop.nc.check.check import check
-from trueloop.nc.check.geometry import arc_misfit_mm
+from trueloop.nc.check.check import arc_misfit_mm, check
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.program.program import Program, read_program
 

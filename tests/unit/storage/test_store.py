@@ -24,8 +24,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.storage import reading
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import joined
+from trueloop.storage.schema import METADATA, STATES, TABLES
 from trueloop.storage.store import Store, find, keep, open_store
-from trueloop.storage.tables import METADATA, STATES, TABLES
 
 READING = Reading("12", Quantity.DIAMETER, 20.0, place_mm=(1.0, 2.0))
 GUARDED = sorted(set(METADATA.tables) - {table.name for table in STATES})

@@ -5,11 +5,19 @@ import pytest
 from scipy.stats import t
 
 from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
-from trueloop.surface.pattern.outlier import PLACES, on_square, outliers
-from trueloop.surface.pattern.pattern import Pattern, by_chance, common_size, part_maps, parts_needed, pattern_of
-from trueloop.surface.separation.outlying_point import student
+from trueloop.surface.pattern.pattern import (
+    PLACES,
+    Pattern,
+    by_chance,
+    common_size,
+    on_square,
+    outliers,
+    part_maps,
+    parts_needed,
+    pattern_of,
+)
 from trueloop.surface.separation.places import projector
-from trueloop.surface.separation.separate import Separation, of_size, separate
+from trueloop.surface.separation.separate import Separation, of_size, separate, student
 from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis
 
 NOISE_MM, BETWEEN_MM = 0.0022, 0.0025

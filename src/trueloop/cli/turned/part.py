@@ -26,7 +26,7 @@ app = Group("The nominal profile: show it, or make it from a program, a drawing 
 def show(job: Annotated[Path, argument("The job file.", metavar="JOB.toml")], as_json: AsJson = False) -> None:
     """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
     from trueloop.jobs.turned.job import read_part
-    from trueloop.report.turned.profile import profile_as_dict
+    from trueloop.report.turned.contour_picture import profile_as_dict
 
     with busy(f"reading {job}"):
         part = read_part(job)
@@ -167,7 +167,7 @@ def print_profile(name: str, profile: "Profile", centre: "CentrePath", setups: "
     """The features as a table, each with the junction that follows it; then the frames of several set-ups."""
     from rich.table import Table
 
-    from trueloop.report.turned.profile import kind_in_words
+    from trueloop.report.turned.contour_picture import kind_in_words
 
     console = wide_console()
     table = Table(box=None, pad_edge=False)

@@ -23,7 +23,7 @@ from trueloop.diagnosis.causes.weighing import (
 )
 from trueloop.diagnosis.causes.words import CauseEvidence, against, decide, shown, support
 from trueloop.errors import Code, Finding, Severity
-from trueloop.estimate.grid import shares
+from trueloop.estimate.weights import shares
 
 NONE, ONE, TWO = 0.85, 0.135, 0.015
 """Beforehand: how probable no cause, one cause and two are."""

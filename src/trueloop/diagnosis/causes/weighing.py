@@ -16,10 +16,10 @@ from scipy.linalg import cholesky, solve_triangular
 from trueloop.arrays import Array, Flags, Integers, by_content
 from trueloop.diagnosis.causes.cause import SeenBy
 from trueloop.diagnosis.causes.surface import SurfaceErrors
-from trueloop.estimate.grid import log_student, tried
 from trueloop.estimate.places import Places
 from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
+from trueloop.estimate.weights import log_student, tried
 
 PROCESS_MM: Final = (
     (0.0005, 0.0003, 0.25), (0.0005, 0.0010, 0.2), (0.0015, 0.0003, 0.2), (0.0015, 0.0010, 0.2), (0.0040, 0.0030, 0.15),

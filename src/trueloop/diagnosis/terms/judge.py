@@ -32,7 +32,7 @@ from trueloop.diagnosis.terms.question import (
 from trueloop.diagnosis.terms.separators import TermSet, separators, sets, with_separators
 from trueloop.diagnosis.terms.suspects import Residuals, Wrong, raw, with_order
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.estimate.grid import probabilities, shares
+from trueloop.estimate.weights import probabilities, shares
 from trueloop.machine.model.chain import Chain, ErrorName
 from trueloop.machine.model.term import CONSTANT, Part
 

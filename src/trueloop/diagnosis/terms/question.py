@@ -15,7 +15,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.diagnosis.terms.suspects import Columns, Residuals, Suspect, columns, suspects
-from trueloop.estimate.grid import SIZES, log_student, tried
+from trueloop.estimate.weights import SIZES, log_student, tried
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.kinematics import tool_in_work_mm
 

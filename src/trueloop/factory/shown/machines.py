@@ -20,8 +20,8 @@ from trueloop.factory.views.series import ToolRow
 from trueloop.storage.factory_tables import API_KEY, CALIBRATION, MACHINE_HEARD, STEP, TEMPERATURE, TRANSFER, stamp
 from trueloop.storage.kinds import joined, kind_of, searchable
 from trueloop.storage.reading import Query, found
+from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store
-from trueloop.storage.tables import TABLES
 
 STALE: Final = timedelta(seconds=10)
 """A cell speaks every 2 s: silence of five words is shown."""

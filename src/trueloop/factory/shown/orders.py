@@ -16,8 +16,8 @@ from trueloop.factory.shown.records import LIMIT, alarms, before, known_of, page
 from trueloop.factory.views.orders import Made, OrderBlock, OrderPart, OrderRow, OrderView, Page, Today, Waiting
 from trueloop.storage.factory_tables import ALARM, ORDER_STATE, PART_STATE, STEP, stamp
 from trueloop.storage.kinds import joined, searchable
+from trueloop.storage.schema import ROWS, TABLES
 from trueloop.storage.store import Store
-from trueloop.storage.tables import ROWS, TABLES
 
 FINISHED: Final = tuple(
     one.value

@@ -36,8 +36,8 @@ from trueloop.storage.factory_tables import EVENT, ORDER_STATE, PART_STATE, STEP
 from trueloop.storage.kinds import joined, kind_of, searchable
 from trueloop.storage.life import Life, life_in
 from trueloop.storage.reading import decoded
+from trueloop.storage.schema import ROWS, TABLES
 from trueloop.storage.store import Store
-from trueloop.storage.tables import ROWS, TABLES
 from trueloop.units import UM_PER_MM
 
 _PART = TABLES["part"]

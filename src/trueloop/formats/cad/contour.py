@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.spatial import KDTree
 
-from trueloop.formats.cad.axis import WITHIN_MM
+from trueloop.formats.cad.turned_faces import WITHIN_MM
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_building import part_of
 from trueloop.geometry.feature import Arc, Feature, Line, Point

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from trueloop.domain.option import Limits
-from trueloop.formats.option_tables import with_options
-from trueloop.formats.toml_tables import Count, Finite, In, Moment, NotNegative, Positive, Table, Vector
+from trueloop.formats.toml_tables import Count, Finite, In, Moment, NotNegative, Positive, Table, Vector, with_options
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
 

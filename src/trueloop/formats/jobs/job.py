@@ -22,9 +22,8 @@ from trueloop.formats.jobs.tool_tables import (
     ToolTable,
     require_apart,
 )
-from trueloop.formats.option_tables import options_from, with_options
-from trueloop.formats.toml_tables import Finite, In, Located, T, Table, read_located
-from trueloop.memory.edge.options import IN_FULL
+from trueloop.formats.toml_tables import Finite, In, Located, T, Table, options_from, read_located, with_options
+from trueloop.memory.edge.state import IN_FULL
 from trueloop.turned.touches.touches import Gauging
 
 

@@ -8,8 +8,16 @@ from typing import Annotated, Final, Literal
 from pydantic import Field, model_validator
 
 from trueloop.errors import Code
-from trueloop.formats.option_tables import options_from, with_options
-from trueloop.formats.toml_tables import Count, Finite, NotNegative, Positive, Table, read_tables
+from trueloop.formats.toml_tables import (
+    Count,
+    Finite,
+    NotNegative,
+    Positive,
+    Table,
+    options_from,
+    read_tables,
+    with_options,
+)
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.probe_plan import Approach, SecondTouch
 from trueloop.probing.stylus import Stylus

@@ -7,8 +7,7 @@ from pydantic import Field, model_validator
 
 from trueloop.domain.option import OF_SURFACES
 from trueloop.formats.jobs.job import ProgramTable, StoreTable, read_job_file
-from trueloop.formats.option_tables import with_options
-from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Table
+from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Table, with_options
 from trueloop.surface.compensation.shift import SurfaceJob
 from trueloop.surface.options import SurfaceOptions
 

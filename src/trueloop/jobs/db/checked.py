@@ -13,14 +13,14 @@ from trueloop.domain.life import Cut, Identity, InspectionLink, Stage
 from trueloop.domain.record import Correction, Program, Record
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.jobs.db.found import row_name, row_of
+from trueloop.jobs.store.history import Dated, cutting_order
 from trueloop.jobs.store.of_this_part import require_later
-from trueloop.jobs.store.order import Dated, cutting_order
 from trueloop.storage.encoded import Kept
 from trueloop.storage.integrity import Damage, damage
 from trueloop.storage.kinds import KINDS, Kind
 from trueloop.storage.reading import Query, found
+from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store
-from trueloop.storage.tables import TABLES
 
 
 @dataclass

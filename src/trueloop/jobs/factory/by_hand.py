@@ -33,7 +33,7 @@ from trueloop.formats.input_file import read_source
 from trueloop.jobs.factory.hand_job import JOB, MAPPING, SHEET, AskedPart, AskedReadings, HandJob, written_job
 from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
 from trueloop.jobs.factory.uploads import HandedFile, add_upload, safe_name, upload_of
-from trueloop.jobs.store.where import Keeping
+from trueloop.jobs.store.opened import Keeping
 from trueloop.jobs.turned.characteristics import tolerance_name
 from trueloop.jobs.turned.compensate import Done, corrected_into
 from trueloop.jobs.turned.job import read_cuts
@@ -41,7 +41,7 @@ from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.new import gauge_sheet_of
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.in_force import keeps_wear
-from trueloop.memory.edge.options import Use
+from trueloop.memory.edge.state import Use
 from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.called import CalledOffset, called
 from trueloop.nc.program.dialect import DIALECTS

@@ -13,7 +13,7 @@ from trueloop.errors import Code
 from trueloop.formats.jobs.profile_of_job import quoted
 from trueloop.geometry.profile import Side
 from trueloop.jobs.turned.new import Chosen, NewFiles, Wanted, Zero, gauge_sheet_of, new_job
-from trueloop.monitoring.gauge_check import COVERAGE
+from trueloop.monitoring.capability import COVERAGE
 from trueloop.turned.options import By
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]

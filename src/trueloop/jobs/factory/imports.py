@@ -1,24 +1,53 @@
 """Uploads become facts of the store: a program, or measurements of a part of an order."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Any, Final
 
+from trueloop.domain.codec import Codec
 from trueloop.domain.factory import BlockKind
 from trueloop.domain.record import Program, ProgramText
+from trueloop.domain.values import CODEC as STORED
 from trueloop.errors import Code
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
 from trueloop.factory.load import StoreReader, order_of
 from trueloop.factory.requests import RecordStep
 from trueloop.factory.roles import By
+from trueloop.factory.views import by_hand, uploads
 from trueloop.factory.views.uploads import ImportedView, ProgramRead, Remarked
+from trueloop.jobs.factory.by_hand import part_by_hand, tried_by_hand
+from trueloop.jobs.factory.hand_job import AskedPart, AskedReadings, HandJob
 from trueloop.jobs.factory.job_folder import job_folder, programs_of
-from trueloop.jobs.factory.uploads import Upload, UploadedInspection
+from trueloop.jobs.factory.uploads import (
+    HandedFile,
+    ReadingOptions,
+    Upload,
+    UploadedInspection,
+    inspected,
+    order_read,
+    program_read,
+    toml_read,
+    upload_view,
+)
 from trueloop.jobs.measure.keep_measured import After, StatedCut, keep_in
 from trueloop.jobs.store.finish_cut import CutStatement
-from trueloop.jobs.store.where import Keeping
+from trueloop.jobs.store.opened import Keeping
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.storage.store import Store, find, keep
+
+READINGS: Final[Mapping[str, Callable[[HandedFile], Any]]] = {
+    one.__name__: one
+    for one in (upload_view, program_read, inspected, order_read, toml_read, part_by_hand, tried_by_hand)
+}
+CODEC: Final[Codec] = STORED.with_more(
+    *(HandedFile, ReadingOptions, UploadedInspection, uploads.UploadView, uploads.ProgramRead, uploads.MeasurementRead),
+    *(uploads.InspectionRead, uploads.ValueRead, uploads.DrawingRead, uploads.Remarked),
+    *(HandJob, AskedPart, AskedReadings, by_hand.PartByHand, by_hand.SizeToMeasure, by_hand.Unstated),
+    *(by_hand.MadeBefore, by_hand.Picture),
+)
+"""Questions to a process that reads files, and its answers."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,9 @@
 """The functions that carry out each kind of task, by kind: `RUNNERS`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
 from typing import Final
 
 from sqlalchemy import select
@@ -14,16 +16,41 @@ from trueloop.factory.known import OrderNow, PartNow
 from trueloop.factory.load import StoreReader, order_of, program_text, record_of
 from trueloop.factory.requests import CorrectionRefused, StepCorrected
 from trueloop.factory.roles import By, Role
+from trueloop.factory.shown.machines import all_machines
+from trueloop.factory.shown.records import known_of, last_transfers
 from trueloop.factory.tasks import Runner, Task, Working
+from trueloop.factory.views.orders import LinksView, LinkView
+from trueloop.formats.links_toml import read_links
 from trueloop.jobs.factory.job_folder import job_folder, programs_of, unnamed_folder
 from trueloop.jobs.factory.uploads import HandedFile
+from trueloop.jobs.links import link_of
 from trueloop.jobs.store.keep_correction import keep_correction, part_of
-from trueloop.jobs.store.where import Keeping
+from trueloop.jobs.store.opened import Keeping
 from trueloop.jobs.turned.compensate import Corrected, corrected_of
 from trueloop.jobs.turned.job import ReadJob, read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.storage.factory_tables import RUN_TOUCHES
 from trueloop.storage.store import Store
+
+
+def links_view(store: Store, settings: Path | None, now: datetime) -> LinksView:
+    """Returns all links in the file, and all with recorded transfers; connects to no control. Raises LNK-FILE."""
+    stated = [] if settings is None else list(_stated(settings))
+    with known_of(store) as known:
+        last = last_transfers(known)
+        machines = {one.name for one in all_machines(known, now)}
+    named = {name for name, *_ in stated}
+    every = [*stated, *((name, "", "") for name in last if name not in named)]
+    items = (LinkView(name, kind, where, name in machines, last.get(name)) for name, kind, where in sorted(every))
+    return LinksView(settings is not None, tuple(items))
+
+
+def _stated(settings: Path) -> Iterator[tuple[str, str, str]]:
+    """Name, kind and address of each; passwords stand in the environment, not in the file."""
+    for kind, tables in read_links(settings).by_kind.items():
+        for name, table in tables.items():
+            yield name, kind, link_of(table, settings.parent, lambda _: None).where
+
 
 SERVICE = By("service", Role.SERVICE)
 

@@ -14,7 +14,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Machine
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
 from trueloop.jobs.store.of_this_part import require_file_of_part
-from trueloop.jobs.store.where import Keeping, store_of
+from trueloop.jobs.store.opened import Keeping, store_of
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import means
 

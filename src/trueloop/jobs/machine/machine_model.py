@@ -19,7 +19,7 @@ from trueloop.formats.measurements.readings_csv import read_readings
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.model_file import accepted_text, model_to_json, read_model
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
-from trueloop.jobs.store.where import Choice, store_of
+from trueloop.jobs.store.opened import Choice, store_of
 from trueloop.jobs.user import user_name
 from trueloop.machine.identify.form import Chosen, fit_form
 from trueloop.machine.identify.identify import Identification

@@ -17,7 +17,7 @@ from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.jobs.tool_tables import ToolsTable
-from trueloop.formats.option_tables import options_from
+from trueloop.formats.toml_tables import options_from
 from trueloop.jobs.store.finish_cut import CutStatement, correction_of, finish_cut, is_changed, said_of_each
 from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, order_in_doubt, touched_at
 from trueloop.jobs.store.judged import judged_parts
@@ -32,7 +32,7 @@ from trueloop.jobs.store.of_this_part import (
     require_serial,
     require_size,
 )
-from trueloop.jobs.store.where import Beside, Keeping, accepting, store_of
+from trueloop.jobs.store.opened import Beside, Keeping, accepting, store_of
 from trueloop.jobs.tools import apart
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job

@@ -28,7 +28,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.report.measured import FileOnPart, OnPart
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import Axis, MatchedReading
-from trueloop.turned.readings.nominals import other_nominals
+from trueloop.turned.readings.observed import other_nominals
 from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 

@@ -19,15 +19,15 @@ from trueloop.domain.tool import Setting
 from trueloop.errors import Code
 from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv
 from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
-from trueloop.formats.option_tables import options_from
+from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.jobs.diagnose.records import part_named
 from trueloop.jobs.measure.probing import by_setup, program_of, reached, read_measuring, read_probing
 from trueloop.jobs.store.history import REMEMBERED
+from trueloop.jobs.store.opened import Choice, store_of
 from trueloop.jobs.store.tool_history import history_of_tool
-from trueloop.jobs.store.where import Choice, store_of
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.compensate import with_memory
 from trueloop.jobs.turned.inputs import Measured
@@ -35,8 +35,8 @@ from trueloop.jobs.turned.job import ReadCuts, read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.shares import stored_inputs
 from trueloop.loops.turned.correction import Correction, Inputs
-from trueloop.loops.turned.cut_errors import cut_errors
-from trueloop.loops.turned.made_parts import made_part, name_of
+from trueloop.loops.turned.deviations import cut_errors
+from trueloop.loops.turned.made_parts import is_used, made_part, name_of, today_of
 from trueloop.loops.turned.next_measurement import (
     Candidate,
     Edge,
@@ -48,7 +48,6 @@ from trueloop.loops.turned.next_measurement import (
     next_measurements,
 )
 from trueloop.loops.turned.process_intermittent import process_errors
-from trueloop.loops.turned.remembering import is_used, today_of
 from trueloop.loops.turned.share import characteristics_in, frame_of, inputs_of_edge, seen_of_edge
 from trueloop.memory.edge.predict import remembered
 from trueloop.memory.made_part import CutErrors, MadePart

@@ -12,10 +12,9 @@ from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.book import Book, only_type, read_book
 from trueloop.formats.outputs import write_all
-from trueloop.loops.monitor.chart import MonitoredSeries, chart_of
+from trueloop.loops.monitor.chart import ChartOptions, MonitoredSeries, chart_of
 from trueloop.loops.monitor.gauge import GaugeSeries, gauges
 from trueloop.loops.monitor.known import PartFacts
-from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.series import MadePart, SeriesOptions
 from trueloop.report.monitor.chart_page import chart_page
 from trueloop.report.monitor.chart_values import ChartsShape, charts_shape

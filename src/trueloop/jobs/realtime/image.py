@@ -23,8 +23,7 @@ from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.db.named import named_row
 from trueloop.jobs.machine.mapped_program import ModelFile
-from trueloop.jobs.store.opened import opened
-from trueloop.jobs.store.where import Choice, Keeping
+from trueloop.jobs.store.opened import Choice, Keeping, opened
 from trueloop.jobs.turned.compensate import correct_job
 from trueloop.loops.realtime.process_table import PlacedCorrection, machine_of, process_table
 from trueloop.loops.turned.commanded import Run

@@ -15,9 +15,7 @@ from trueloop.jobs.store.tool_history import history_of_tool
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.loops.turned.outcome import Obtained, obtained
-from trueloop.memory.noticing.alarm import PartChanges
-from trueloop.memory.noticing.notice import notice_part
-from trueloop.memory.noticing.sentences import of_left_out
+from trueloop.memory.noticing.notice import PartChanges, notice_part, of_left_out
 from trueloop.storage.store import Store
 
 BY: Final = "trueloop"

@@ -20,7 +20,7 @@ from trueloop.jobs.store.of_this_part import (
     require_later,
     require_serial,
 )
-from trueloop.jobs.store.where import Keeping, accepting
+from trueloop.jobs.store.opened import Keeping, accepting
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.stored import enveloped
 from trueloop.storage.kinds import joined

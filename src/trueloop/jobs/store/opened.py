@@ -1,14 +1,109 @@
-"""Stores as the commands `trueloop db` name and open them."""
+"""Stores as the commands `trueloop db` name and open them.
+
+Which store a command works with: the one that it names, the job's, or the one beside the job.
+
+How a command keeps what it found, and what it says where that goes wrong.
+"""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.store.where import BESIDE, Choice
 from trueloop.storage.reading import shown
 
 if TYPE_CHECKING:
     from trueloop.storage.store import Store
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from trueloop.errors import Finding, Severity
+
+if TYPE_CHECKING:
+    from trueloop.jobs.store.keep_facts import KeptFacts
+    from trueloop.storage.store import Store
+
+
+BESIDE: Final = "trueloop.db"
+"""The store in the job's folder, where neither the command nor the job names one."""
+
+Choice = str | Literal[False] | None
+"""A store as a command names it: a file or a URL; None: the job's or the one beside it; False: no store."""
+
+Beside = Literal["used", "made", "unused"]
+"""The store beside the job: used where it exists; made by what is kept first; left alone, as for a part without a
+serial number, by which parts are kept apart.
+"""
+
+
+def named_store(job_folder: Path, db: Choice, job_db: str | None) -> str | None:
+    """Returns where the store is: `db` as given, else `job_db` from the job's folder; None: none is named."""
+    if db is False:
+        return None
+    if db:
+        return db
+    if job_db:
+        return job_db if "://" in job_db else str(job_folder / job_db)
+    return None
+
+
+def store_of(job_folder: Path, db: Choice, job_db: str | None, beside: Beside = "used") -> "Store | None":
+    """Opens the named store, else the one beside the job, with the types of all products; None: there is none, or none
+    is wanted. Raises STO errors.
+    """
+    place, unmade = named_store(job_folder, db, job_db), False
+    if place is None and db is not False and beside != "unused":
+        file = job_folder / BESIDE
+        unmade = beside == "made" and not file.is_file()
+        place = str(file) if unmade or file.is_file() else None
+    if place is None:
+        return None
+    from trueloop.jobs.store.codec import store_codec  # both are slow to import, and some jobs have no store
+    from trueloop.storage.store import open_store
+
+    return open_store(place, codec=store_codec(), unmade=unmade)
+
+
+@dataclass(frozen=True)
+class Keeping:
+    """How a command keeps: in the store `db`; `serial` of the part where the job has none.
+
+    `supersede`: what is stored with another content gives way; `accept`: codes of refusals that are to be warnings.
+    """
+
+    db: Choice = None
+    serial: str | None = None
+    supersede: bool = False
+    accept: tuple[str, ...] = ()
+
+
+@contextmanager
+def accepting(codes: Collection[str], findings: list[Finding]) -> Iterator[None]:
+    """Turns a refusal of one of these codes into a warning among the findings, if it has an override at all."""
+    try:
+        yield
+    except TrueloopError as refused:
+        if refused.code not in codes or refused.override is None:
+            raise
+        said = (refused.message, refused.hint, refused.place, refused.values)
+        findings.append(Finding(Severity.WARNING, refused.code, *said))
+
+
+@contextmanager
+def kept_all_the_same(kept: "KeptFacts | None") -> Iterator[None]:
+    """Adds to a refusal to write the outputs that the store has their content; None: there is no store."""
+    try:
+        yield
+    except TrueloopError as refused:
+        if kept is None:
+            raise
+        hint = f"{refused.hint}; {kept.words}: calling it again writes the files and keeps nothing twice"
+        where, override, values = refused.place, refused.override, refused.values
+        raise refused.code.refusal(
+            refused.message, hint=hint, place=where, override=override, values=values
+        ) from refused
+
 
 NO_STORE: Final = "make one by `trueloop db init`, or name one by --db"
 

@@ -7,8 +7,7 @@ from typing import Final
 
 from trueloop.domain.life import Cut, Stage, time_of
 from trueloop.domain.tool import Edge
-from trueloop.jobs.store.history import LivedPart, history_from, life_of, made_of, touched_at, whole_of_cut
-from trueloop.jobs.store.order import mountings
+from trueloop.jobs.store.history import LivedPart, history_from, life_of, made_of, mountings, touched_at, whole_of_cut
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.memory.edge.predict import latest_of

@@ -12,9 +12,9 @@ from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import FilePath, read_input
 from trueloop.formats.jobs.surface_job import SurfaceJobFile, SurfaceProgramTable, read_surface_job
 from trueloop.formats.measurements.surface_csv import maps_to_csv, pattern_to_json, read_points
-from trueloop.formats.option_tables import options_from
 from trueloop.formats.outputs import Named
 from trueloop.formats.record_file import read_record
+from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.jobs.surface.cut_with import require_stated, with_cut

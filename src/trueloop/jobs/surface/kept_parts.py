@@ -16,7 +16,7 @@ from trueloop.errors import Code, Finding, TrueloopError, in_file
 from trueloop.geometry.surface import Surface, closest
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
 from trueloop.jobs.store.of_this_part import cuts_of, require_file_of_part
-from trueloop.jobs.store.where import Beside, Choice, store_of
+from trueloop.jobs.store.opened import Beside, Choice, store_of
 from trueloop.jobs.surface.job import ReadSurface, require_cut_stated
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, enveloped
 from trueloop.loops.surface.surface import HERE, Work, model_of

@@ -13,7 +13,7 @@ from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.inspections.scan import is_scan, read_scan
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.measurements.surface_csv import read_points
-from trueloop.formats.option_tables import options_from
+from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.surface import Surface, closest
 from trueloop.surface.deviations.plausibility import refuse_unit
 from trueloop.surface.deviations.points import MeasuredPoints, on_face

@@ -9,7 +9,7 @@ from trueloop.domain.option import Language, LengthUnit, PageOptions
 from trueloop.errors import Code
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
-from trueloop.jobs.store.where import Beside, Choice, Keeping, kept_all_the_same, store_of
+from trueloop.jobs.store.opened import Beside, Choice, Keeping, kept_all_the_same, store_of
 from trueloop.jobs.turned.job import ReadCuts, ReadJob, read_cuts, read_job
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.outputs import METRIC, as_first_made, new_tables, outputs_of, outputs_of_part
@@ -17,7 +17,7 @@ from trueloop.jobs.turned.shares import require_edges_named, stored_inputs
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.part import PartCorrection, correct_part
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.memory.edge.options import Use
+from trueloop.memory.edge.state import Use
 from trueloop.nc.match.own_contour import OwnContour
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from trueloop.formats.jobs.job import Job
 from trueloop.formats.jobs.profile_of_job import fit_notes
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
-from trueloop.formats.option_tables import options_from
 from trueloop.formats.tables.tool_tables.known import held_tool
+from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import PART
 from trueloop.jobs.turned.characteristics import characteristics_of, joined
@@ -30,7 +30,7 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.cuts import InSetups, Setup, in_setups
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.share import vectors_in, vectors_of_edge
-from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.edge.state import MemoryOptions
 from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts

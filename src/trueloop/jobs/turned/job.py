@@ -16,9 +16,9 @@ from trueloop.formats.jobs.correction_tables import MachineTable
 from trueloop.formats.jobs.profile_of_job import fit_notes
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.measurements.history_csv import read_history
-from trueloop.formats.option_tables import options_from
 from trueloop.formats.tables.model_file import read_model
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
+from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame

@@ -20,16 +20,14 @@ from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
 from trueloop.formats.inspections.shared.text import feature_names
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.measurements.touches_csv import read_touches
-from trueloop.formats.option_tables import options_from
+from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.machine.model.term import means
 from trueloop.turned.readings.match import features_listed, match_inspection
 from trueloop.turned.readings.matches import MatchedReading, feature_named, match_by_name
-from trueloop.turned.readings.nominals import other_nominals
-from trueloop.turned.readings.observed import corrected, repeated
+from trueloop.turned.readings.observed import check_repeats, corrected, other_nominals, repeated
 from trueloop.turned.readings.of_this_part import check_matches
-from trueloop.turned.readings.repeats import check_repeats
 from trueloop.turned.readings.vectors import assumed_words, require_places, warm_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order

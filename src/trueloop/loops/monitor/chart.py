@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
@@ -12,13 +12,30 @@ from trueloop.diagnosis.causes.cause import Candidate, Diagnosis
 from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code
 from trueloop.loops.monitor.known import PartFacts, known, only
-from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.tracked import TrackedPart, TrackedSeries
 from trueloop.monitoring.capability import SHARE_OF_FREEDOM, Capability, capability
 from trueloop.monitoring.charts import FEWEST, MOVING_RANGE, RULES, Alarm
 from trueloop.monitoring.explain import ExplainedAlarm, Explanation, Likely, explained
 from trueloop.monitoring.segments import Correlation, SegmentedSeries, charted, correlation
 from trueloop.wording import wording
+
+BASELINE: Final = 20
+"""The number of parts of the baseline where none is stated: its standard deviation is then known to 20 %."""
+
+
+@dataclass(frozen=True)
+class ChartOptions:
+    """`rules`: numbers of Nelson's tests. `baseline`: from how many parts at the beginning of each segment limits come,
+    or from which to which serial number of the series. `anew`: a tool set anew begins a new segment.
+
+    `what`: errors of the parts as inspected, or residuals after correction: what memory did not expect of a part, in
+    standard deviations of its expectation.
+    """
+
+    rules: tuple[int, ...] = (1,)
+    baseline: int | tuple[str, str] = BASELINE
+    anew: bool = False
+    what: Literal["value", "residual"] = "value"
 
 
 def with_diagnosis(alarm: ExplainedAlarm, diagnosis: Diagnosis, sigma_mm: float) -> ExplainedAlarm:

@@ -9,9 +9,9 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.inspection import Inspection, Reading, StandardPart
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.monitor.options import BASELINE
+from trueloop.loops.monitor.chart import BASELINE
+from trueloop.monitoring.capability import Drift, drift, e_n
 from trueloop.monitoring.charts import RULES, Alarm
-from trueloop.monitoring.gauge_check import Drift, drift, e_n
 from trueloop.monitoring.segments import SegmentedSeries, charted
 from trueloop.wording import Um, wording
 

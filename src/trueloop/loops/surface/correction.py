@@ -17,7 +17,7 @@ from trueloop.domain.record import Program as RecordedProgram
 from trueloop.domain.tool import Tool
 from trueloop.errors import Code, Finding, Place, Severity
 from trueloop.geometry.surface import Surface
-from trueloop.loops.misuse import refuse_misuse
+from trueloop.loops.batch import refuse_misuse
 from trueloop.loops.surface.figures import SurfaceFigures, check_support, headline, support_record
 from trueloop.loops.surface.over_parts import without_outliers
 from trueloop.loops.surface.surface import (
@@ -41,14 +41,12 @@ from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.on_face import NextFace, OnFace, Trim
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.kriging import Process
-from trueloop.surface.pattern.outlier import Outlier
-from trueloop.surface.pattern.pattern import Pattern
+from trueloop.surface.pattern.pattern import Outlier, Pattern
 from trueloop.surface.pattern.support import Support
 from trueloop.surface.separation.moran import Normality, Null
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.outlying_point import OutlyingPoint, scattering_part
 from trueloop.surface.separation.places import Places
-from trueloop.surface.separation.separate import Separation, Trial
+from trueloop.surface.separation.separate import OutlyingPoint, Separation, Trial, scattering_part
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
 from trueloop.units import UM_PER_MM
 

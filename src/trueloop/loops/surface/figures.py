@@ -11,10 +11,9 @@ from trueloop.errors import Code, Finding, Severity
 from trueloop.geometry.surface import Surface
 from trueloop.surface.deviations.alignment import rigid_motions, spread_of
 from trueloop.surface.on_face import FIGURES, SUPPORT, OnFace, square
-from trueloop.surface.pattern.outlier import PLACES
-from trueloop.surface.pattern.pattern import Pattern, by_chance
+from trueloop.surface.pattern.pattern import PLACES, Pattern, by_chance
 from trueloop.surface.pattern.support import between
-from trueloop.surface.separation.outlying_point import COVERAGE
+from trueloop.surface.separation.separate import COVERAGE
 from trueloop.units import UM_PER_MM
 
 MUCH: Final = 0.1

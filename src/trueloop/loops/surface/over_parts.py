@@ -6,11 +6,18 @@ from typing import Final
 
 from trueloop.errors import Code, Finding, Severity
 from trueloop.loops.surface.surface import Part
-from trueloop.memory.noticing.alarm import Alarm, What
-from trueloop.memory.noticing.notice import BY_CHANCE
+from trueloop.memory.noticing.notice import BY_CHANCE, Alarm, What
 from trueloop.surface.options import SurfaceOptions
-from trueloop.surface.pattern.outlier import Outlier, last_judged, on_square, outliers
-from trueloop.surface.pattern.pattern import LEAST_PARTS, Pattern, drift_of, pattern_of
+from trueloop.surface.pattern.pattern import (
+    LEAST_PARTS,
+    Outlier,
+    Pattern,
+    drift_of,
+    last_judged,
+    on_square,
+    outliers,
+    pattern_of,
+)
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
 

@@ -21,9 +21,14 @@ from trueloop.surface.on_face import NextFace, OnFace, Trim, on_face
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.pattern import PartMaps, Pattern, part_maps, parts_needed, pattern_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.outlying_point import OutlyingPoint, outlying_point
 from trueloop.surface.separation.places import Places, places_of, same_places
-from trueloop.surface.separation.separate import Separation, averaged_over_cells, separate
+from trueloop.surface.separation.separate import (
+    OutlyingPoint,
+    Separation,
+    averaged_over_cells,
+    outlying_point,
+    separate,
+)
 from trueloop.surface.separation.spline_surface import SplineSurface
 from trueloop.units import UM_PER_MM
 

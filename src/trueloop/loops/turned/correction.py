@@ -21,7 +21,7 @@ from trueloop.loops.turned.error_sources import FeatureSources
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.loops.turned.part_on_machine import PartOnMachine, Zero
-from trueloop.memory.edge.options import IN_FULL, MemoryOptions
+from trueloop.memory.edge.state import IN_FULL, MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.nc.match.cutting_edge import CuttingEdge
 from trueloop.nc.program.program import Program

@@ -20,7 +20,7 @@ from trueloop.arrays import Array
 from trueloop.estimate.places import Places
 from trueloop.estimate.state import State
 from trueloop.geometry.profile import Profile
-from trueloop.loops.turned.cut_errors import places_at
+from trueloop.loops.turned.deviations import places_at
 from trueloop.memory.edge.state import cut_of, known_edge
 from trueloop.memory.made_part import MadePart
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel

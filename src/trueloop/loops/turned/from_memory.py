@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array, by_content
 from trueloop.domain.tool import Edge
 from trueloop.geometry.profile import Profile
-from trueloop.memory.edge.options import Use
+from trueloop.memory.edge.state import Use
 from trueloop.memory.expected import Expected
 from trueloop.statistics import rms
 from trueloop.wording import wording

@@ -20,7 +20,7 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.state import State
 from trueloop.geometry.profile import Profile
-from trueloop.loops.turned.cut_errors import places_at
+from trueloop.loops.turned.deviations import places_at
 from trueloop.memory.edge.predict import latest
 from trueloop.memory.edge.state import known_edge, observed, places_of
 from trueloop.memory.made_part import MadePart

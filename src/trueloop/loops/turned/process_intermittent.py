@@ -15,14 +15,14 @@ from trueloop.arrays import Array
 from trueloop.domain.option import allowed_by, check_scatter
 from trueloop.domain.record import MARKED
 from trueloop.errors import Code, Place, in_file
-from trueloop.loops.misuse import refuse_misuse
+from trueloop.loops.batch import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
 from trueloop.loops.turned.error_sources import FeatureSources, MachineShare, error_sources
 from trueloop.loops.turned.finished_parts import next_finished
 from trueloop.loops.turned.from_memory import FromMemory
-from trueloop.loops.turned.made_parts import semifinish_errors
+from trueloop.loops.turned.made_parts import remembering, semifinish_errors, today_of
 from trueloop.loops.turned.outcome import expected_uncorrected_mm, prediction_at_touches
 from trueloop.loops.turned.part_on_machine import (
     CutBefore,
@@ -40,7 +40,6 @@ from trueloop.loops.turned.part_on_machine import (
 from trueloop.loops.turned.paths import Paths, bends_lines, corrected_paths, corrected_shifts, cramped_bows
 from trueloop.loops.turned.programs import ContourTools, contour_tools, not_in_force, require_in_force, write_programs
 from trueloop.loops.turned.provenance import cumulative_words, id_of, record_of
-from trueloop.loops.turned.remembering import remembering, today_of
 from trueloop.loops.turned.written import Writing
 from trueloop.memory.edge.predict import latest, remembered
 from trueloop.memory.made_part import MadePart

@@ -18,9 +18,9 @@ from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Composed, Inputs
 from trueloop.loops.turned.finished_parts import finished_parts
 from trueloop.loops.turned.from_memory import FromMemory
+from trueloop.loops.turned.made_parts import history_sha256, is_used
 from trueloop.loops.turned.paths import Shifts, whole_mm
 from trueloop.loops.turned.programs import Programs
-from trueloop.loops.turned.remembering import history_sha256, is_used
 from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel

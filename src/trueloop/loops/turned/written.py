@@ -10,8 +10,8 @@ from trueloop.domain.record import ChangedWord, marks_of_record
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded, Run
-from trueloop.loops.turned.paths import Paths
-from trueloop.loops.turned.roughing import (
+from trueloop.loops.turned.paths import (
+    Paths,
     require_roughing_stays,
     roughing_stays_notes,
     shared_contour_notes,

@@ -13,9 +13,8 @@ from trueloop.arrays import Array, by_content
 from trueloop.domain.life import Stage
 from trueloop.estimate.places import Observed
 from trueloop.estimate.state import Normal, State
-from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.refuse import FIRST, by_itself, flags, nearest_rad, refuse, refuse_gain, up_to
-from trueloop.memory.edge.state import TOOL, KnownEdge, cut_of, known_edge, observed
+from trueloop.memory.edge.state import TOOL, KnownEdge, MemoryOptions, cut_of, known_edge, observed
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
 

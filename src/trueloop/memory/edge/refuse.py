@@ -11,7 +11,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code, TrueloopError
 from trueloop.estimate.catalogue import PRIORS
-from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.wording import wording
 

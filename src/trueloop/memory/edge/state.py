@@ -2,17 +2,69 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from math import radians
+from typing import Annotated, Final, Literal, TypeAlias
 
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.option import Option
 from trueloop.estimate.catalogue import turned_catalogue
 from trueloop.estimate.places import Observed, Places, joined
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Sizes
 from trueloop.memory.made_part import CutErrors, MadePart
+
+Use: TypeAlias = Literal["on", "bands", "frozen", "off"]
+
+
+@dataclass(frozen=True)
+class MemoryOptions:
+    """The way in which earlier parts of an edge take part in a correction.
+
+    `memory`: "on"; "bands": the correction is today's own fit, earlier parts give only its band; "frozen": nothing is
+    learned from parts after `last_part`; "off": earlier parts are not used at all. `first_weight`: share of the
+    correction that is applied until one inspected part has confirmed what the actuator does [4773 §2.5].
+    """
+
+    memory: Annotated[
+        Use,
+        Option(
+            "memory.use",
+            '`"on"`; `"bands"`: the correction is the fit of today\'s touches, earlier parts give only the band; '
+            '`"frozen"`: nothing is learned from parts after `last_part`; `"off"`.',
+        ),
+    ] = "on"
+    last_part: Annotated[
+        str, Option("memory.last_part", 'With `"frozen"`: the serial number of the last part that is learned from.')
+    ] = ""
+    first_weight: Annotated[
+        float,
+        Option(
+            "memory.first_weight",
+            "Share of the correction that is applied until an inspected part has confirmed what the machine makes of "
+            "a correction.",
+            above=0,
+            most=1,
+        ),
+    ] = 0.75
+    unseen_rad: Annotated[
+        float,
+        Option(
+            "memory.unseen_deg",
+            "How far a contact angle may be from the nearest that was touched or inspected; beyond, nothing is "
+            "predicted.",
+            above=0,
+            most=45,
+        ),
+    ] = radians(6.0)
+
+
+IN_FULL: Final = MemoryOptions(first_weight=1.0)
+"""The options for contours: a corrected program takes off the amount it states, read back from it, from the first part
+on."""
+
 
 TOOL: Final = "tool"
 """The label of the one tool that a history is of."""

@@ -29,7 +29,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags
-from trueloop.estimate.grid import probabilities
+from trueloop.estimate.weights import probabilities
 from trueloop.memory.level.step import TURNING, LevelPrior, PartReading, Step, Weight
 from trueloop.wording import Signed, Um, wording
 

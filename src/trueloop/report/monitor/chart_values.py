@@ -7,8 +7,7 @@ from typing import Final, Literal
 from pydantic import SkipValidation
 
 from trueloop.errors import Finding
-from trueloop.loops.monitor.chart import Episode, MonitoredSeries
-from trueloop.loops.monitor.options import ChartOptions
+from trueloop.loops.monitor.chart import ChartOptions, Episode, MonitoredSeries
 from trueloop.monitoring.capability import Capability
 from trueloop.monitoring.charts import Alarm, Chart
 from trueloop.monitoring.segments import Segment

@@ -13,7 +13,7 @@ from trueloop.report import style
 from trueloop.report.markup import esc, section, table
 from trueloop.report.style import Figure, Trace
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.turned.error_curve.coverage import coverage_factor
+from trueloop.turned.error_curve.budget import coverage_factor
 from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.units import UM_PER_MM
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from trueloop.domain.codec import Codec
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.jobs.factory.readings import CODEC as READ
+from trueloop.jobs.factory.imports import CODEC as READ
 from trueloop.jobs.factory.uploads import HandedFile
 
 

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import TrueloopError
-from trueloop.jobs.factory.readings import READINGS
+from trueloop.jobs.factory.imports import READINGS
 from trueloop.server.apart.answers import CODEC, Answer, Question, Refusal
 
 READY: Final = b"ready\n"

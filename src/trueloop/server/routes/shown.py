@@ -31,7 +31,7 @@ from trueloop.factory.views.orders import (
 from trueloop.factory.views.parts import CertificateRow, EventView, PartLife, PartRow
 from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, SeriesView, ToolMemory, ToolRow
 from trueloop.jobs.factory.correction_page import correction_curves, correction_page, curve_picture, sources_picture
-from trueloop.jobs.factory.links import links_view
+from trueloop.jobs.factory.runners import links_view
 from trueloop.jobs.tool_life import tool_memory
 from trueloop.report.turned.figures.curves import CurvePicture
 from trueloop.server import etags, pages

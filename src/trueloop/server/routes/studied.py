@@ -11,7 +11,7 @@ from fastapi import Query, Request
 from trueloop.jobs.diagnose import diagnosed
 from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
 from trueloop.jobs.monitor.charts import charts_of
-from trueloop.loops.monitor.options import BASELINE, ChartOptions
+from trueloop.loops.monitor.chart import BASELINE, ChartOptions
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
 from trueloop.report.monitor.chart_values import ChartsShape
 from trueloop.report.texts.texts import said

@@ -16,7 +16,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.surface.separation.outlying_point import COVERAGE, MANY, student
+from trueloop.surface.separation.separate import COVERAGE, MANY, student
 
 Sides: TypeAlias = tuple[float, float]
 

@@ -10,8 +10,7 @@ import numpy as np
 from trueloop._core import ScatteredSplines
 from trueloop.arrays import Array, for_kernel
 from trueloop.errors import Code
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_basis import clamped_knots
+from trueloop.geometry.surface import Surface, clamped_knots
 from trueloop.surface.deviations.deviations import SurfaceDeviations
 from trueloop.surface.separation.spline_surface import (
     GridProjector,

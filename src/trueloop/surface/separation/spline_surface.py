@@ -10,7 +10,7 @@ import numpy as np
 from trueloop._core import ScatteredSplines, fit_surface_grid
 from trueloop.arrays import Array, for_kernel
 from trueloop.errors import Code
-from trueloop.geometry.surface_basis import basis_matrix, basis_rows, clamped_knots
+from trueloop.geometry.surface import basis_matrix, basis_rows, clamped_knots
 
 
 class Projector(ABC):

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array, by_content
-from trueloop.turned.error_curve.budget import Budget, remembered_only
-from trueloop.turned.error_curve.coverage import COVERAGE, student_t_factor
+from trueloop.turned.error_curve.budget import COVERAGE, Budget, remembered_only, student_t_factor
 from trueloop.turned.fit.between_cuts import BetweenCuts, NextCut
 from trueloop.turned.fit.spline import EndConditions, Spline
 

@@ -28,8 +28,8 @@ import numpy as np
 from scipy.special import erf
 
 from trueloop.arrays import Array
-from trueloop.estimate.grid import probabilities
-from trueloop.turned.error_curve.coverage import COVERAGE, coverage_factor
+from trueloop.estimate.weights import probabilities
+from trueloop.turned.error_curve.budget import COVERAGE, coverage_factor
 from trueloop.turned.fit.chain_fit import ChainFit
 from trueloop.turned.fit.spline import SplineFit
 from trueloop.turned.touches.error_vectors import ErrorVectors

@@ -8,9 +8,8 @@ import pytest
 from tests.unit.memory.edge.parts import ANGLES, series
 from trueloop.errors import Code, TrueloopError
 from trueloop.estimate.catalogue import PRIORS
-from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.predict import expect, innovations, predict
-from trueloop.memory.edge.state import known_edge, observed
+from trueloop.memory.edge.state import MemoryOptions, known_edge, observed
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import CutErrors, MadePart
 
