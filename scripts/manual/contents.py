@@ -27,6 +27,11 @@ class Page:
         return f"{self.source.stem.lower()}.html"
 
     @property
+    def language(self) -> str:
+        """The language of its text: that of its folder."""
+        return "de" if self.source.parent.name == "de" else "en"
+
+    @property
     def text(self) -> str:
         """Its Markdown, made from the code or read."""
         return reference.text_of(self.source)

@@ -7,11 +7,11 @@ from scripts.manual.contents import Group, Page
 from scripts.manual.markdown import Heading
 
 
-def document(title: str, body: str, script: str = "manual.js") -> str:
+def document(title: str, body: str, script: str = "manual.js", language: str = "en") -> str:
     """A whole page. All that it loads stands beside it."""
     scripts = "".join(f'<script src="{name}" defer></script>\n' for name in script.split())
     return f"""<!doctype html>
-<html lang="en">
+<html lang="{language}">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
@@ -42,7 +42,7 @@ def page(current: Page, content: str, headings: Sequence[Heading], all_groups: S
         f'<main id="content" tabindex="-1">\n{content}{neighbours(current, all_groups)}</main>\n'
         f"{sections(headings)}</div>\n"
     )
-    return document(title if current.title == "Manual" else f"{title} · trueloop", body)
+    return document(title if current.title == "Manual" else f"{title} · trueloop", body, language=current.language)
 
 
 def contents(current: Page | None, all_groups: Sequence[Group]) -> str:

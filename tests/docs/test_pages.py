@@ -19,8 +19,10 @@ from trueloop.errors import Code
 LANGUAGES = {"console", "sh", "python", "pycon", "toml", "csv", "text", "hal", "ini", "nc", "nginx"}
 RUN = {"console", "python", "pycon"}
 PAGES = {page.source: list(snippets(page.text)) for page in pages()}
-RUN_ELSEWHERE = "python-reference.md"
-"""Its examples are those of docstrings, which tests/unit/test_api.py runs."""
+TRANSLATED = {"erstes-teil.md": "first-part.md", "werkstatt.md": "shop-tutorial.md"}
+"""The German pages, each by the English page whose commands it has."""
+RUN_ELSEWHERE = {"python-reference.md", *TRANSLATED}
+"""The examples of the first are those of docstrings, which tests/unit/test_api.py runs."""
 OTHERS = {"apt-get", "cargo", "cd", "cp", "createdb", "curl", "docker", "git", "pip", "/usr/bin/python3"}
 """Commands of others, which a page may name without running them."""
 
@@ -34,7 +36,7 @@ def of(*languages: str) -> list[object]:
 def with_snippets(*languages: str) -> list[object]:
     """The pages that have such snippets."""
     found = [page for page, all_of_it in PAGES.items() if any(one.language in languages for one in all_of_it)]
-    found = [page for page in found if page.name != RUN_ELSEWHERE]
+    found = [page for page in found if page.name not in RUN_ELSEWHERE]
     return [pytest.param(page, id=page.name) for page in found]
 
 
@@ -51,6 +53,17 @@ def test_what_a_page_shows_is_what_happens(page: Path, monkeypatch: pytest.Monke
     known = run_page(page)
     if page.name in OUTCOMES:
         OUTCOMES[page.name](known)
+
+
+@pytest.mark.parametrize(("german", "english"), TRANSLATED.items())
+def test_a_translated_page_has_the_commands_codes_and_pictures_of_the_english(german: str, english: str) -> None:
+    assert {page.name for page in PAGES if page.parent.name == "de"} == set(TRANSLATED)
+    texts = [next(one.text for one in pages() if one.source.name == name) for name in (german, english)]
+    of_german, of_english = ([(one.language, one.words, one.text) for one in snippets(text)] for text in texts)
+    assert of_german == of_english
+    for what in (r"`([A-Z]{2,3}-[A-Z-]+)`", r"images/[\w-]+\.png", r"^#+ (?:\d\.)?", r"^\|"):
+        of_german, of_english = (re.findall(what, text, re.MULTILINE) for text in texts)
+        assert of_german == of_english, what
 
 
 def test_most_commands_of_the_manual_run() -> None:

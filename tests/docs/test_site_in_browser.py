@@ -1,5 +1,6 @@
 """The manual in a real browser: readable narrow and wide, light and dark; the search finds what it should."""
 
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,24 +24,12 @@ TELLING = (
 """Pages that hold all that a page can hold: lists, code, tables, pictures, what a search found."""
 
 
-SOUGHT = """
-thermal=machine, ball bar=machine, ballbar=machine, laser=machine, squareness=machine, Umkehrspiel=machine,
-Wärmegang=machine, offset=offsets, wear=offsets, wear offset=offsets, Verschleiß=offsets,
-Werkzeugverschleiß=offsets, Werkzeugkorrektur=offsets, diameter=signs, Durchmesser=signs, Vorzeichen=signs,
-inch=signs, Zoll=signs, diameter or radius=signs, unit=signs, micrometer=first-part,
-Bügelmessschraube=first-part, getting started=first-part, install=installing, pip=installing,
-Windows=installing, probe=probing, Messtaster=probing, probe calibration=probing, CMM=cmm-tutorial,
-Koordinatenmessmaschine=cmm-tutorial, QIF=measurements, uncertainty=bands, Messunsicherheit=bands,
-confidence interval=bands, tolerance=tolerances, Toleranz=tolerances, guard band=tolerances, Cpk=monitor,
-Regelkarte=monitor, certificate=monitor, SPC=monitor, set-up=setups, setup=setups, Gegenspindel=setups,
-Einstechen=several-tools, Fanuc=dialects, Heidenhain=dialects, Steuerung=dialects, FOCAS=links, RS-232=links,
-backup=db, Datensicherung=db, Echtzeit=realtime, real time=realtime, temperature=realtime-signals,
-MQTT=realtime-signals, HAL=realtime-component, cause=causes, Rattern=causes, Ursache=causes,
-free-form surface=surface, Freiformfläche=surface, scan=surface-tutorial, password=service, Anmeldung=service,
-order=factory, Jupyter=notebook-tutorial, exit code=cli, error code=errors, Fehlermeldung=errors, undo=never,
-accuracy=judged, Schneidenradius=job-file
-"""
-"""Words of the shop, English and German, each with the page whose first line answers."""
+SOUGHT = tomllib.loads(Path(__file__).with_name("searched_words.toml").read_text(encoding="utf-8"))
+"""Words of the shop, English and German, by the page whose place must stand first."""
+FIRST = """queries => queries.map(words => {
+  show(words);
+  return (document.querySelector("#found a")?.getAttribute("href") ?? "").split(".html")[0];
+})"""
 
 
 @pytest.fixture(scope="module")
@@ -101,13 +90,34 @@ def test_the_search_finds(shown: Browsing, words: str, page: str, holds: str) ->
 
 
 def test_the_words_of_the_shop_lead_to_the_page_that_answers(shown: Browsing) -> None:
-    pairs = [one.strip().split("=") for one in SOUGHT.replace("\n", " ").split(",") if one.strip()]
-    assert len(pairs) > 60
+    wanted = {words: page for page, queries in SOUGHT.items() for words in queries}
+    assert len(wanted) > 350
+    assert led_to(shown, list(wanted)) == wanted
+
+
+def test_a_misspelt_word_leads_where_the_word_does(shown: Browsing) -> None:
+    """One letter lost, two letters swapped, one letter wrong, each in the middle of the word."""
+    wanted = {}
+    for page, queries in SOUGHT.items():
+        for word in (one for one in queries if one.isalpha() and len(one) >= 7):
+            at = len(word) // 2
+            made = (word[:at] + word[at + 1 :], word[:at] + word[at + 1] + word[at] + word[at + 2 :])
+            wanted |= dict.fromkeys((*made, f"{word[:at]}x{word[at + 1 :]}"), page)
+    led = led_to(shown, list(wanted))
+    assert len(wanted) > 300 and sum(led[word] == page for word, page in wanted.items()) >= 0.98 * len(wanted)
+
+
+def test_a_misspelt_word_is_shown_as_it_was_searched(shown: Browsing) -> None:
+    with shown.window() as window:
+        go(window, "search.html?q=passwrod")
+        assert window.page.locator("#count").inner_text().endswith("Searched: password.")
+
+
+def led_to(shown: Browsing, queries: list[str]) -> dict[str, str]:
+    """The page of the first place by query."""
     with shown.window() as window:
         go(window, "search.html")
-        first = """words => { show(words); return document.querySelector("#found a")?.getAttribute("href") ?? ""; }"""
-        led = [(words, window.page.evaluate(first, words).split("#")[0].removesuffix(".html")) for words, _ in pairs]
-        assert led == [tuple(pair) for pair in pairs]
+        return dict(zip(queries, window.page.evaluate(FIRST, queries), strict=True))
 
 
 def test_words_that_are_nowhere_are_not_found(shown: Browsing) -> None:
