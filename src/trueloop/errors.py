@@ -318,6 +318,7 @@ class Code(StrEnum):
     MIL_NOT_CUT = "MIL-NOT-CUT", "a feature that no pass of the program cuts", "feature"
     MIL_SIDE = "MIL-SIDE", "a wall whose tool runs where the material is stated to be", "feature kind"
     MIL_STATED = "MIL-STATED", "a stated value that the program contradicts", "stated program"
+    MIL_SET = "MIL-SET", "a work offset that the program sets itself", "work_offset"
     MIL_LEVELS = "MIL-LEVELS", "a face that is cut at several heights", "feature levels_mm"
     MIL_REGISTER = "MIL-REGISTER", "a register of a radius or length that several tools use", "register tools"
     MIL_PROBE = "MIL-PROBE", "a part that a probing program cannot measure as stated"

@@ -58,6 +58,7 @@ PRODUCERS = {
     Code.MIL_NOT_CUT: lambda: _job(lambda text: text.replace("at = [-50.0, -30.0", "at = [-50.0, -31.0")),
     Code.MIL_SIDE: lambda: _job(lambda text: text.replace('kind = "boss"', 'kind = "bore"')),
     Code.MIL_STATED: lambda: _job(lambda text: text.replace('name = "B0"', 'name = "B0"\ntool = 1')),
+    Code.MIL_SET: lambda: _job(str, program=lambda text: text.replace("T2 M6", "G10 L2 P1 X-300. Y-200.\nT2 M6")),
     Code.MIL_LEVELS: lambda: _job(str, program=lambda text: text.replace("T2 M6", FACED + "T2 M6")),
     Code.MIL_REGISTER: lambda: _job(str, program=lambda text: text.replace("D22", "D21")),
     Code.MIL_CORNER: lambda: _job(str, program=lambda text: text.replace("T2 M6", CORNER + "T2 M6")),

@@ -54,6 +54,8 @@ pub struct Origin {
     /// The number that the tool's offset in force was called by: that of T0313 (13), of H, of the tool (on a Sinumerik times
     /// 1000, and D); 0 for none, −1 where the block gave the offset itself.
     pub tool_number: i32,
+    /// The tool's offset is subtracted: G44.
+    pub tool_is_subtracted: bool,
     /// How often another tool, another offset of it or another work offset came into force, for each axis it is about:
     /// what the axis' position is called then, only the control knows.
     pub renamed: [u32; 3],

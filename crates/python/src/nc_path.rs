@@ -165,6 +165,8 @@ pub fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDi
     columns.set_item("renamed", rows(py, renamed)?)?;
     let tool_number = origins.iter().map(|origin| origin.tool_number);
     columns.set_item("tool_offset", column(py, tool_number))?;
+    let subtracted = origins.iter().map(|origin| origin.tool_is_subtracted);
+    columns.set_item("tool_offset_subtracted", column(py, subtracted))?;
     let turned = origins.iter().map(|origin| origin.turned);
     columns.set_item("turned", column(py, turned))?;
     let linear = origins.iter().map(|origin| origin.is_turned);

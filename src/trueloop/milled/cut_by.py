@@ -155,6 +155,15 @@ class CutBy:
         if found[-1].called != called:
             names = " and ".join(self._words(one) for one in found)
             raise _cut(feature, f"its walls are cut by {names}", "make two faces of it", found)
+        if self.passes.sets_work_offset(found[-1].move):
+            name = offset_name(called.work_offset, self.dialect)
+            raise Code.MIL_SET.refusal(
+                f"{feature.name} is cut from {name}, which the program sets itself before line {found[-1].line}: "
+                "numbers entered in it at the control are overwritten in every run",
+                hint=f"take the block that sets {name} out of the program, and enter its values at the control",
+                place=Place(line=found[-1].line),
+                values={"work_offset": name},
+            )
         sides = {None if one.climb is None else one.climb for one in found}
         side: Side = "" if len(sides) > 1 or None in sides else "climb" if True in sides else "conventional"
         name = offset_name(called.work_offset, self.dialect)
@@ -178,7 +187,7 @@ class CutBy:
             work_offset=stated.work_offset or name,  # the same one, under the name that records have it
             side=side,
             radius_at_control=found[0].compensated,
-            length_at_control=called.length > 0,
+            length_at_control=(called.length > 0) * (-1 if called.subtracted else 1),
         )
         return cut, max(one.line for one in found)
 

@@ -35,8 +35,9 @@ class MilledFeature:
     `place_mm`: the centre of a bore, boss, slot or rib at its top; a point of a face. `size_mm`: the diameter, or the
     width between two parallel walls; 0 of a face. `direction`: the unit vector from the centre of a slot or rib to one
     wall, or the outward normal of a face; unused of a bore or boss. `depth_mm`: from the top down, positive; 0 of a
-    face. `side`: how the finishing pass runs along the wall, empty: not known. `radius_at_control`,
-    `length_at_control`: whether the tool's registers at the control move what it cuts here.
+    face. `side`: how the finishing pass runs along the wall, empty: not known. `radius_at_control`:
+    whether the tool's register of radii moves what it cuts here; `length_at_control`: 1 where that of lengths does, −1
+    where the program subtracts the length (G44), 0 where no length is in force.
     """
 
     name: str
@@ -49,7 +50,7 @@ class MilledFeature:
     depth_mm: float = 0.0
     side: Side = ""
     radius_at_control: bool = True
-    length_at_control: bool = True
+    length_at_control: int = 1
 
     @property
     def inward(self) -> bool:

@@ -33,13 +33,14 @@ XY: Final = 17
 @dataclass(frozen=True)
 class Called:
     """The numbers by which a pass is run: of the tool, of the registers of its radius and length (0: none in force), of
-    the work offset.
+    the work offset. `subtracted`: the control subtracts the length (G44).
     """
 
     tool: int
     radius: int
     length: int
     work_offset: int
+    subtracted: bool = False
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,15 @@ class Passes:
         """Returns the calls in force at a move."""
         path = self.path
         length, tool = int(path.tool_offset[move]), int(path.tool[move])
-        return Called(tool, self._radius(move), length, int(path.work_offset[move]))
+        subtracted = bool(path.tool_offset_subtracted[move])
+        return Called(tool, self._radius(move), length, int(path.work_offset[move]), subtracted)
+
+    def sets_work_offset(self, move: int) -> bool:
+        """Returns whether the program itself has set the work offset in force at a move: G10 L2."""
+        path = self.path
+        set_mm = path.origin_mm[move] - path.register_mm[move]  # the path was run with work offsets of zero
+        axes = [0, 1] if path.tool_offset[move] < 0 else [0, 1, 2]  # G43.1 states a length itself
+        return bool(np.any(np.abs(set_mm[axes]) > 0.0))
 
     def _radius(self, move: int) -> int:
         path = self.path

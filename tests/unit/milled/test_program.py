@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.support.mill_programs import CONTROLS, Control, Writer, plate
@@ -12,7 +13,9 @@ from tests.support.refusals import refused
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.milled_job import read_milled_job
 from trueloop.jobs.milled_features import CutFeatures, cut_features
+from trueloop.milled.entry import Entry
 from trueloop.milled.feature import Kind
+from trueloop.milled.observed import ObservedSize, places_of
 
 
 def feature(name: str, kind: Kind, at: tuple[float, float, float], more: str = "") -> str:
@@ -123,6 +126,17 @@ def test_what_could_set_a_wrong_number_is_refused(
     own = "" if tools in CONTROLS else tools
     refusal = refused(found, tmp_path, control, features, own, change or (lambda text: text))
     assert refusal.code is code, str(refusal)
+
+
+def test_a_longer_tool_that_the_program_subtracts_cuts_deeper(tmp_path: Path) -> None:
+    """G44: the control subtracts H, so that the face of a tool entered 10 µm longer lies 10 µm lower."""
+    effects = {}
+    for code in ("G43", "G44"):
+        part = found(tmp_path, features=only("floor"), change=lambda text, code=code: text.replace("G43", code))
+        (floor,) = part.features.values()
+        places, _ = places_of((ObservedSize("floor, z", (floor,), (None,), np.ones(1), -15.0),), "plate", 0)
+        (effects[code],) = 0.010 * Entry("length", str(floor.tool)).basis(places)
+    assert effects == {"G43": pytest.approx(0.010), "G44": pytest.approx(-0.010)}
 
 
 def _bores_from(text: str, offset: str) -> str:

@@ -44,6 +44,8 @@ pub(crate) struct Frame {
     pub tool_is_known: bool,
     /// The number by which it was called: H, or that of the tool; 0 for none.
     pub tool_number: i32,
+    /// The control subtracts it: G44.
+    pub tool_is_subtracted: bool,
     /// How often tool or work offsets came into force that each axis' position hangs on.
     pub renamed: [u32; 3],
     /// Stored machine positions.
@@ -78,6 +80,7 @@ impl Frame {
             tool: [0.0; 3],
             tool_is_known,
             tool_number: 0,
+            tool_is_subtracted: false,
             renamed: [0; 3],
             home: [[0.0; 3]; 2],
             rotary: Rotary::default(),
@@ -123,6 +126,7 @@ impl Frame {
             shift: self.shift,
             tool,
             tool_number: self.tool_number,
+            tool_is_subtracted: self.tool_is_subtracted,
             renamed: self.renamed,
             turned: self.rotary.turned,
             rotary: self.rotary.stated(),

@@ -151,6 +151,7 @@ impl Runner<'_> {
             frame.rename(axes);
         }
         (frame.tool_number, frame.tool_is_known) = (number, offset.is_some());
+        frame.tool_is_subtracted = false;
         if tool != frame.tool {
             self.reframe(|frame| frame.tool = tool);
         }
@@ -181,7 +182,12 @@ impl Runner<'_> {
         let offset = offset.map(|offset| if adds { offset } else { offset.map(|value| -value) });
         let shifted = offset.unwrap_or_default();
         let axes = self.length_axes();
-        self.use_tool_offset(number, offset, [0, 1, 2].map(|axis| axes[axis] || shifted[axis] != 0.0));
+        let axes = [0, 1, 2].map(|axis| axes[axis] || shifted[axis] != 0.0);
+        if adds == self.state.frame.tool_is_subtracted {
+            self.state.frame.rename(axes);
+        }
+        self.use_tool_offset(number, offset, axes);
+        self.state.frame.tool_is_subtracted = !adds;
     }
 
     /// T0101: the offset of that number in the tool table, 0 for none; one that is not known is said.

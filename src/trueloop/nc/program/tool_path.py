@@ -156,6 +156,8 @@ class ToolPath:
     """The number by which the tool offset in force was called: 13 of T0313, that of H, that of the tool; of a
     Sinumerik's T3 D2 3002. 0 for none, −1 where the block gave the offset itself.
     """
+    tool_offset_subtracted = _of_state("tool_offset_subtracted")
+    """Whether the control subtracts the tool offset in force: G44."""
     compensation = _of_state("compensation")
     """The cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
     radius_offset = _of_state("radius_offset")
