@@ -11,7 +11,7 @@ from trueloop.cli.terminal import AsJson, Group, print_json
 if TYPE_CHECKING:
     from trueloop.controllers.linuxcnc.cell.journal import JournalState, RunNow
 
-app = Group("Beside a machine's LinuxCNC: run what the service offers, each run once.")
+app = Group("Run a service's orders beside a machine's LinuxCNC. Each run is carried out once.")
 Settings = Annotated[Path, option("The cell's settings.", "--settings", metavar="CELL.toml")]
 CELL = Path("cell.toml")
 
@@ -39,7 +39,10 @@ def _said(words: str) -> None:
 
 @app.command()
 def status(settings: Settings = CELL, as_json: AsJson = False) -> None:
-    """Say what the journal knows: the run in hand, what waits for the service, what it refused."""
+    """Show the journal: the run in hand, waiting, refused.
+
+    Waiting: reports that the service has not got yet. Refused: by the service.
+    """
     from trueloop.controllers.linuxcnc.cell.journal import known, read
     from trueloop.errors import Code
     from trueloop.formats.cell_toml import HINT, read_cell
@@ -78,7 +81,10 @@ def arm(
     why: Annotated[str, option("Who stands at the machine, and why; it is kept.")],
     settings: Settings = CELL,
 ) -> None:
-    """At the machine: let the next parts of an order start without Cycle Start."""
+    """Let the next parts of an order start without Cycle Start.
+
+    Entered at the machine.
+    """
     from trueloop.jobs.cell.run import opened
 
     opened(settings).service.arm(order, parts, why)

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 
 def check(db: Db = None, as_json: AsJson = False) -> None:
-    """Check that rows are what was kept, that links lead to rows, and that labels, order and times agree."""
+    """Check rows, links, labels, order and times of a store.
+
+    Rows must be what was kept, links must lead to rows; labels, order and times must agree.
+    """
     from trueloop.jobs.db.checked import check_store
     from trueloop.jobs.store.opened import opened
 
@@ -40,7 +43,10 @@ New = Annotated[str, option("The store to make, which must be new.", "--db", met
 
 
 def backup(file: Copy, db: Db = None) -> None:
-    """Copy the store into a SQLite file, as it is at one moment, while others go on working with it."""
+    """Copy the store into a SQLite file, while it is in use.
+
+    As it is at one moment.
+    """
     from trueloop.jobs.db.copied import back_up
     from trueloop.jobs.store.opened import opened
 
@@ -61,7 +67,10 @@ def restore(file: Backup, db: New) -> None:
 
 
 def migrate(db: Db = None) -> None:
-    """Bring a store of an earlier version of trueloop to this version's form. What it holds stays as it is."""
+    """Bring a store of an earlier trueloop to this version.
+
+    What it holds stays as it is.
+    """
     from trueloop.jobs.store.opened import migrated
 
     before, after, place = migrated(db)
@@ -73,7 +82,10 @@ Output = Annotated[Path, option("File to write: JSON, one value a line.", "--out
 
 
 def export(output: Output, db: Db = None) -> None:
-    """Write the whole store into a text file, one value a line; imported into an empty store, it gives an equal one."""
+    """Write the whole store into a text file.
+
+    One value a line; imported into an empty store, it gives an equal one.
+    """
     from trueloop.jobs.db.copied import export as write
     from trueloop.jobs.store.opened import opened
 
@@ -100,7 +112,10 @@ class Wanted:
 
 
 def find(what: FindWhat, wanted: Wanted, db: Db = None, as_json: AsJson = False) -> None:
-    """List rows of the store, oldest first: each with its name, by which `show` and `replace` take it."""
+    """List rows of the store, oldest first.
+
+    Each has its name, by which `show` and `replace` take it.
+    """
     from trueloop.jobs.db.found import NAMES, TRANSFERS, Sought, found_rows
     from trueloop.jobs.store.opened import opened
 
@@ -177,7 +192,10 @@ Place = Annotated[
 
 
 def init(place: Place = None) -> None:
-    """Make an empty store: a SQLite file, or tables in a PostgreSQL database by its URL."""
+    """Make an empty store: a SQLite file, or in PostgreSQL.
+
+    A PostgreSQL database is named by its URL.
+    """
     from trueloop.jobs.store.opened import BESIDE, made
     from trueloop.storage.reading import shown
 
@@ -192,7 +210,10 @@ By = Annotated[str, option("Name of the person who decides.  [default: the user]
 
 
 def replace(row: RowId, file: File, why: Why, by: By = "", db: Db = None) -> None:
-    """Keep the value in a file in the stead of a row, which stays, superseded, with who did it and why."""
+    """Replace a row by the value in a file.
+
+    The row stays, superseded, with the person and the reason.
+    """
     from trueloop.jobs.db.found import row_name
     from trueloop.jobs.db.named import left_behind, named_row, replace_row
     from trueloop.jobs.store.opened import opened
@@ -210,7 +231,10 @@ What = Annotated[str, argument("A part's SERIAL, TYPE/SERIAL or label; a record'
 
 
 def show(what: What, db: Db = None, as_json: AsJson = False) -> None:
-    """Show the life of a part: inspections, corrections and cuts with their links; or one row as it is stored."""
+    """Show the life of a part, or one row as it is stored.
+
+    Inspections, corrections and cuts with their links.
+    """
     from trueloop.jobs.db.found import life_of_part
     from trueloop.jobs.db.named import NamedRow, named, shown_row
     from trueloop.jobs.store.opened import opened
@@ -248,5 +272,5 @@ def _print(part: "Part", entries: "tuple[Entry, ...]") -> None:
     wide_console().print(table)
 
 
-app = Group("The store: parts, edges, inspections, cuts and corrections, kept for the next part.")
+app = Group("The store: parts, edges, inspections, cuts, corrections. Kept for the next part.")
 app.add_all(init, import_, export, find, show, check, replace, backup, restore, migrate)

@@ -126,7 +126,10 @@ def fixture(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show whether the fixturing of part, tool probe and part probe holds: spread, drift, step. Ends with 1 if not."""
+    """Show whether part, tool probe and part probe are held.
+
+    Spread, drift and step of repeats. Exit status 1 if not.
+    """
     from trueloop.jobs.diagnose.shaped import fixture_of_file, fixture_of_part, limits_of, write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import fixture_lines
@@ -153,7 +156,10 @@ def machine(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Name the axis errors that the machine's model has wrong, as sets, and what would divide each set."""
+    """Name the axis errors that the machine's model has wrong.
+
+    As sets, with what would divide each set.
+    """
     from trueloop.jobs.diagnose.shaped import machine as diagnosed_machine
     from trueloop.jobs.diagnose.shaped import write_diagnosis
     from trueloop.jobs.store.opened import opened
@@ -175,7 +181,10 @@ def part(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show what is wrong with one part: errors of its features by device, components at its points, likely causes."""
+    """Show the errors of one part and their likely causes.
+
+    Errors of its features by device, components at its points.
+    """
     from trueloop.jobs.diagnose import diagnosed
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import part_lines
@@ -190,7 +199,10 @@ def part(
 def series(
     of: Of, page: Page, output: Output = None, accept: AcceptRefused = None, db: Db = None, as_json: AsJson = False
 ) -> None:
-    """Name what makes the parts of a type wrong: tool, probe, set-up, deflection, chatter, or the machine."""
+    """Name what makes the parts of a type wrong.
+
+    Tool, probe, set-up, deflection, chatter, or the machine.
+    """
     from trueloop.jobs.diagnose import diagnosed
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import series_lines
@@ -214,9 +226,9 @@ def refine(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Refine a machine's model from what it left on parts, judged on parts left out. It is offered, never in force.
+    """Refine a machine's model by what it left on parts.
 
-    `trueloop machine accept` puts it in force.
+    Parts left out judge it. It is offered, not in force. `trueloop machine accept` puts it in force.
     """
     from trueloop.jobs.diagnose.shaped import Refining, refined
     from trueloop.jobs.store.opened import opened
@@ -243,7 +255,10 @@ def standard(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Keep a calibrated part: its inspections then show the probe and the machine, never a cut."""
+    """Keep a calibrated part, to check probe and machine by.
+
+    Its inspections never count as cuts.
+    """
     from trueloop.formats.inspections.measured_file import StatedFacts
     from trueloop.jobs.diagnose.records import keep_standard, standard_of
     from trueloop.jobs.store.opened import opened
@@ -257,5 +272,5 @@ def standard(
         typer.echo(kept.words)
 
 
-app = Group("From errors of parts to their causes: tool, probe, set-up, process, or the model of the machine.")
+app = Group("Causes of part errors: tool, probe, set-up or machine.")
 app.add_all(part, series, fixture, machine, refine, standard)

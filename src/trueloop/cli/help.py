@@ -16,7 +16,10 @@ def docs(
     port: Annotated[int, option("Port to serve at; 0: any that is free.", min=0, max=65535)] = 0,
     no_browser: Annotated[bool, option("Print the address and open no browser.", "--no-browser")] = False,
 ) -> None:
-    """Show the manual in the browser, served to this machine alone until Ctrl-C; no network is needed."""
+    """Show the manual in the browser; no network is needed.
+
+    It is served to this machine alone, until Ctrl-C.
+    """
     from trueloop.server import manual
 
     with manual.listening(manual.require_built(manual.folder()), port) as server:
@@ -35,7 +38,7 @@ def examples(
     names: Annotated[list[str] | None, argument("Which; left out, they are listed.", metavar="NAME")] = None,
     output: Annotated[Path | None, option("The folder that gets them.  [default: examples]", "--output", "-o")] = None,
 ) -> None:
-    """Copy examples that come with trueloop into folders of your own, or list them."""
+    """Copy examples into folders of your own, or list them."""
     from trueloop.formats.examples import copy_example, titles
 
     known = titles()
@@ -54,7 +57,7 @@ def examples(
 def explain(
     code: Annotated[str, argument("As a message names it: CMP-SIZE.", metavar="CODE")], as_json: AsJson = False
 ) -> None:
-    """Show what an error code is about, and which values its errors carry."""
+    """Show the meaning of an error code and the values it carries."""
     from difflib import get_close_matches
 
     from trueloop.errors import Code

@@ -63,7 +63,10 @@ def offsets(
     not_running: NotRunning = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show a control's tool table as it is in force, or write it with the offset of a correction in it."""
+    """Show a control's tool table, or write an offset into it.
+
+    The table in force; the offset is that of a correction.
+    """
     from trueloop.jobs.links import apply_at, fetched_table, with_table
     from trueloop.report.tool_tables import heading_words, table_as_dict, table_lines
 
@@ -92,7 +95,7 @@ def _show(done: "AtControl", as_json: bool) -> None:
     typer.echo(f"{sent.name}: read back as it was sent, {sent.read_back_sha256[:16]}; the table before it: {kept}")
 
 
-app = Group("Programs at a control (DNC): listed, fetched, sent and compared; its tool table read and corrected.")
+app = Group("Programs and tool table at a control: listed, read, sent. DNC: programs are compared as well.")
 app.add(offsets)
 
 
@@ -125,7 +128,10 @@ def get(
     output: Annotated[Path, option("The file to be written; a new one.", "--output", "-o")],
     db: Db = None,
 ) -> None:
-    """Fetch a program from a control, byte for byte; no file that is there is overwritten."""
+    """Fetch a program from a control, byte for byte.
+
+    No existing file is overwritten.
+    """
     from trueloop.controllers.links.link import checked_name
     from trueloop.formats.outputs import write_all
 
@@ -151,7 +157,10 @@ def put_(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Send a program to a control, and read it back; what it replaces is written to a file first."""
+    """Send a program to a control, and read it back.
+
+    The program that it replaces is written to a file first.
+    """
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input
     from trueloop.jobs.links import drip, send
@@ -189,7 +198,10 @@ def compare(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare a file with the program at a control, word by word; exit status 1 where one differs."""
+    """Compare a file with the program at a control, word by word.
+
+    Exit status 1 where one differs.
+    """
     from trueloop.controllers.links.link import checked_name
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input

@@ -115,7 +115,7 @@ def accept(
     db: Db = None,
     no_store: NoStore = False,
 ) -> None:
-    """Accept a refined model that is offered: by the new file programs may be corrected.
+    """Accept a refined model: programs may be corrected by it.
 
     The offered file stays as it is. With a store the decision is kept there, and both versions.
     """
@@ -219,9 +219,10 @@ def compensate(
     decimals: Decimals = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Take the machine's error out of a program: every position moved by COMP_MTG.
+    """Take the machine's error out of a program.
 
-    The model lives in machine coordinates: --work-zero and --tool, or --offsets, say where the program is in them.
+    Every position is moved by COMP_MTG. The model lives in machine coordinates: --work-zero and --tool, or --offsets,
+    say where the program is in them.
     """
     from trueloop.cli.nc import print_mapped
     from trueloop.errors import in_file
@@ -273,10 +274,11 @@ def decompose(
     db: Db = None,
     supersede: Supersede = False,
 ) -> None:
-    """Take the errors of a part apart: what the machine did, what the process, what the model left.
+    """Divide a part's errors into machine, process and rest.
 
-    Tools default to 0,0,0; columns tool_x_mm …, probe_x_mm … of the file state them point by point. With --serial both
-    inspections are kept in the store, with how the machine stood: `trueloop diagnose machine` needs them.
+    The rest is what the machine's model left. Tools default to 0,0,0; columns tool_x_mm …, probe_x_mm … of the file
+    state them point by point. With --serial both inspections are kept in the store, with how the machine stood:
+    `trueloop diagnose machine` needs them.
     """
     from trueloop.domain.record import sha256_of
     from trueloop.errors import in_file
@@ -355,9 +357,10 @@ def drift_fit(
     ] = 0.3,
     as_json: AsJson = False,
 ) -> None:
-    """Find a model of drift, a channel at a time: all inputs, felt late. Writes drift.json and drift.html.
+    """Fit a model of drift: drift.json and drift.html.
 
-    The end of the log judges it, as read and where an operator's reference zeroes what is left every so many hours.
+    A channel at a time, from all inputs, each with a lag. The end of the log judges it, as read and where an operator's
+    reference zeroes what is left every so many hours.
     """
     from trueloop.errors import in_file
     from trueloop.formats.measurements.history_csv import read_drift
@@ -387,7 +390,10 @@ def drift_predict(
     extrapolate: Extrapolate = None,
     as_json: AsJson = False,
 ) -> None:
-    """Predict displacements over a log that begins in equilibrium; where it holds them too, say what is left."""
+    """Predict the displacements of a log from its temperatures.
+
+    The log begins in equilibrium. Where it holds displacements too, prints what is left.
+    """
     from trueloop.errors import in_file
     from trueloop.formats.measurements.history_csv import drift_csv, read_drift
     from trueloop.formats.outputs import write_all
@@ -427,7 +433,10 @@ def add_drift(
     ],
     out: Annotated[Path, option("The model with the drift.", "--out", "-o", metavar="FILE.json")],
 ) -> None:
-    """Make drifts terms of a machine model, for `compensate`: a channel is the tool as seen from the work."""
+    """Add drifts to a machine model as terms, for `compensate`.
+
+    A channel is the tool as seen from the work.
+    """
     from trueloop.errors import in_file
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.model_file import model_to_json, read_drift_models, read_model
@@ -464,7 +473,10 @@ class TableOptions:
 def export(
     model: ModelFile, wanted: TableOptions, temperatures: Temperatures = None, extrapolate: Extrapolate = None
 ) -> None:
-    """Write a control's compensation table and print how far it is from the model."""
+    """Write a control's compensation table.
+
+    Prints how far the table is from the model.
+    """
     from trueloop.errors import in_file
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.control_tables import TABLES
@@ -524,7 +536,10 @@ def fit(
 def show(
     model: ModelFile, temperatures: Temperatures = None, extrapolate: Extrapolate = None, as_json: AsJson = False
 ) -> None:
-    """Print every error of a model: its range over the travel and its largest standard uncertainty."""
+    """Print every error of a model: range and uncertainty.
+
+    The range is over the travel; the uncertainty is the largest standard uncertainty there.
+    """
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
     from trueloop.machine.model.model import overview
@@ -599,7 +614,10 @@ def plates(
     ] = 0.0,
     as_json: AsJson = False,
 ) -> None:
-    """Find what drilled plates have in common: each one's own similarity, then a pattern of errors in the plane."""
+    """Find the errors that drilled plates have in common.
+
+    Each plate's own similarity is taken off, then a pattern of errors in the plane is fitted.
+    """
     from trueloop.errors import Code
     from trueloop.formats.measurements.field_csv import plane_csv
     from trueloop.formats.measurements.positioning_data import read_plate_report
@@ -691,7 +709,10 @@ def points(
     decimals: Decimals = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Take errors in the plane out of a drilling program: every X and Y word, whatever cycles and macros it calls."""
+    """Take errors in the plane out of a drilling program.
+
+    Every X and Y word, whatever cycles and macros it calls.
+    """
     from trueloop.formats.input_file import read_program
     from trueloop.jobs.machine.mapped_program import write_corrected_points
 
@@ -747,7 +768,10 @@ def positioning(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Analyse a positioning test after ISO 230-2: A, R, E, B, M, and every raw deviation on a page."""
+    """Analyse a positioning test: A, R, E, B, M of ISO 230-2.
+
+    Every raw deviation is on a page.
+    """
     from trueloop.formats.measurements.positioning_data import read_positioning
     from trueloop.report.machine.positioning import positioning_page
     from trueloop.report.machine.summary import positioning_lines, positioning_summary
@@ -766,7 +790,10 @@ def circular(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Analyse a circular test after ISO 230-4: G, G(b), F, D, and its causes with the one that makes most named."""
+    """Analyse a circular test: G, G(b), F, D of ISO 230-4.
+
+    Its causes are listed; the largest is named.
+    """
     from trueloop.errors import in_file
     from trueloop.formats.measurements.instrument_files import read_circles
     from trueloop.machine.circular import circular_test
@@ -785,7 +812,10 @@ def drift(
     window_h: Annotated[float, option("Time over which the largest drift is looked for, h.", callback=positive)] = 1.0,
     as_json: AsJson = False,
 ) -> None:
-    """Analyse a drift test after ISO 230-3: ranges over all and within a time, plots beside the temperatures."""
+    """Analyse a drift test: the ranges of ISO 230-3.
+
+    Ranges over all and within a time; plots beside the temperatures.
+    """
     from trueloop.formats.measurements.history_csv import read_drift
     from trueloop.machine.drift import drift as analysed
     from trueloop.report.machine.positioning import drift_page
@@ -801,7 +831,7 @@ def drift(
     _print_evaluation(log, (out, page), lines, {"channels": [item.__dict__ for item in found]}, as_json)
 
 
-app = Group("A machine's own errors: found from readings, taken out of programs, handed to the control.")
+app = Group("A machine's own errors: identified, taken out, exported. From readings, out of programs, to the control.")
 app.add_all(
     fit,
     show,

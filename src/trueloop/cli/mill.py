@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from trueloop.milled.entries import ExpectedSize, Proposal, ProposedEntry
     from trueloop.milled.feature import MilledFeature
 
-app = Group("Milled parts: radii, lengths and work offsets to enter, from what was measured.")
+app = Group("Milled parts: radii, lengths and work offsets to enter. They follow from what was measured.")
 
 
 @app.command()
@@ -36,10 +36,10 @@ def entries(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the radii, lengths, work offsets and rotations to enter, with what each size is expected to be then.
+    """List the radii, lengths, work offsets and rotations to enter.
 
-    A number is proposed where it is known to more than twice its standard uncertainty. The record, entries.json, tells
-    the job of the next part what had been entered.
+    Each size is listed with its expectation after that. A number is proposed where it is known to more than twice its
+    standard uncertainty. The record, entries.json, tells the job of the next part what had been entered.
     """
     from trueloop.formats.outputs import write_all
     from trueloop.jobs.milled import RECORD, entries_for_next_part, read_milled, record_of
@@ -79,9 +79,10 @@ def new(
     accept_unknown_words: AcceptUnknown = False,
     as_json: AsJson = False,
 ) -> None:
-    """Begin a job: writes the bores, bosses, slots, ribs and faces that a finishing program shows, and what cuts them.
+    """Begin a job from a finishing program: features and tools.
 
-    Circles and holes of a cutter's centre need its radius. What the program leaves open is listed.
+    Features are bores, bosses, slots, ribs and faces. Circles and holes of a cutter's centre need its radius. What the
+    program leaves open is listed.
     """
     cutters = tools_of(tools)
     if any(one.number is None for one in cutters):
@@ -124,10 +125,11 @@ def probe(
     ] = 5.0,
     as_json: AsJson = False,
 ) -> None:
-    """Write the program that measures a job's features on a Fanuc or Haas mill, by Renishaw's Inspection Plus.
+    """Write a measuring program for a Fanuc or Haas mill.
 
-    Prints the table [names] by which the job reads the print-out. Run it first in single block, with the rapid override
-    low: it knows the features of the job, and no clamps.
+    It calls Renishaw's Inspection Plus for the features of a job. Prints the table [names] by which the job reads the
+    print-out. Run it first in single block, with the rapid override low: it knows the features of the job, and no
+    clamps.
     """
     from trueloop.controllers.probing.inspection_plus import MacroProbe
     from trueloop.jobs.milled_new import names_table, write_probing_program

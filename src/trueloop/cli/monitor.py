@@ -27,7 +27,10 @@ def certify(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Certify a part: what was measured by what, verdicts, what was in force. Exit status 1 unless it conforms."""
+    """Certify a part: values, gauges, verdicts, corrections.
+
+    Exit status 1 unless it conforms.
+    """
     from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
     from trueloop.jobs.store.opened import opened
     from trueloop.report.monitor.certificate import HEAD, certificate_rows, in_force_lines
@@ -82,7 +85,10 @@ def chart(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Control charts of each characteristic: alarms with their likely causes, capability with intervals."""
+    """Draw control charts of each characteristic.
+
+    Alarms with their likely causes, capability with intervals.
+    """
     from trueloop.jobs.monitor.charts import charts_of, write_charts
     from trueloop.jobs.store.opened import opened
     from trueloop.report.monitor.chart_values import alarm_lines, chart_head, chart_rows
@@ -140,7 +146,10 @@ def gauge(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Bias, repeatability and drift of gauges and probes by checks on standard parts. Exit status 1 on an alarm."""
+    """Follow gauges and probes by checks on standard parts.
+
+    Bias, repeatability and drift. Exit status 1 on an alarm.
+    """
     from trueloop.jobs.monitor.charts import gauges_of, write_gauges
     from trueloop.jobs.store.opened import opened
     from trueloop.report.monitor.gauge import HEAD, gauge_rows, remark_lines
@@ -158,5 +167,5 @@ def gauge(
         raise typer.Exit(ExitStatus.FINDINGS)
 
 
-app = Group("Quality monitor: control charts, certificates of parts, drift of gauges.")
+app = Group("Quality monitor: charts, certificates, drift of gauges.")
 app.add_all(chart, certify, gauge)

@@ -53,7 +53,10 @@ def _pairs(texts: Sequence[str]) -> dict[str, str]:
 def devices(
     of: Of, output: Annotated[Path | None, option("The file.  [default: it is printed]", "--output", "-o")] = None
 ) -> None:
-    """Write Devices.xml, with which an agent is started; options as for serve."""
+    """Write Devices.xml, with which an agent is started.
+
+    Options as for `serve`.
+    """
     from trueloop.controllers.mtconnect.items import devices_xml
     from trueloop.formats.outputs import write_all
 
@@ -79,7 +82,10 @@ def serve(
     part_file: Annotated[Path | None, option("A file whose first line names the part in the machine.")] = None,
     python: Annotated[Path, option("The Python that has LinuxCNC's modules.")] = Path("/usr/bin/python3"),
 ) -> None:
-    """Tell agents what LinuxCNC does, until Ctrl-C or SIGTERM (SHDR over TCP)."""
+    """Send LinuxCNC's state to agents, until Ctrl-C.
+
+    SHDR over TCP; SIGTERM ends it as well.
+    """
     import ipaddress
 
     from trueloop.controllers.mtconnect.agent import Limits
@@ -105,7 +111,10 @@ def read(
     log: Annotated[Path | None, option("Temperatures to a log as `machine` commands read them, a new file.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Read an agent: its current values, then each new one; gaps are reported."""
+    """Read an agent: its current values, then each new one.
+
+    Gaps are reported.
+    """
     from trueloop.controllers.mtconnect.agent import for_seconds
     from trueloop.controllers.mtconnect.agent import read as observations
 

@@ -157,7 +157,7 @@ def difference_of_programs(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print where the tool paths of two programs lie furthest apart, and how far."""
+    """Print where two tool paths lie furthest apart, and how far."""
     from trueloop.nc.match.difference import path_difference
 
     with busy(f"comparing {file} and {other}"):
@@ -223,9 +223,9 @@ def features_of_job(
     job: Annotated[Path, argument("The job file; its touches need not exist yet.", metavar="JOB.toml")],
     as_json: AsJson = False,
 ) -> None:
-    """Print which blocks of the finish program, and which tool, cut which feature; of a job with set-ups, in each.
+    """Print which blocks and which tool cut which feature.
 
-    Exit status 1 when that is not plain for one.
+    Of a job with set-ups, in each. Exit status 1 where that is not clear.
     """
     from trueloop.jobs.turned.inputs import read_setups
     from trueloop.jobs.turned.job_files import JobFiles
@@ -514,7 +514,10 @@ def map_program_file(
     decimals: Decimals = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
+    """Add a field of displacements to every position of a program.
+
+    The field is a table, or a shift, turn and scale. The program is read and written in streaming.
+    """
     from trueloop.jobs.machine.mapped_program import displace_program, program_obstacles
 
     table, field = displacements.table, frame.of(displacements.field())
@@ -589,9 +592,10 @@ def path_of_program(
     tables: TablesAndOffsets,
     form: Annotated[Literal["csv", "json"], option("How to print it.", "--format", "-f")] = "csv",
 ) -> None:
-    """Print the tool path: a row a move with its line and column, mm, x as a radius.
+    """Print the tool path, a row a move: line, column, mm.
 
-    What a parameter without value would decide is left empty and said on stderr. Exit status 1 when a cut is unknown.
+    X is a radius. A coordinate that follows from a parameter without value is left empty, and stderr names it. Exit
+    status 1 if a cut is unknown.
     """
     from trueloop.formats.input_file import read_source
     from trueloop.nc.program.parts import PART, stretches

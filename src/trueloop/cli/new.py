@@ -56,9 +56,10 @@ def new(
     ] = "drawing",
     as_json: AsJson = False,
 ) -> None:
-    """Begin a job: writes job.toml, and a file in which the places to measure stand and the values are to be filled in.
+    """Begin a job: writes job.toml and a file for the readings.
 
-    What is not given is asked for at a terminal; elsewhere only the nose radius is needed.
+    The file lists the places to measure; fill the values in. Options that are left out are prompted for at a
+    terminal; elsewhere only the nose radius is needed.
     """
     if drawing is None and outline is not None:
         raise typer.BadParameter("it chooses in a drawing: give --drawing", param_hint="--outline")

@@ -8,7 +8,7 @@ import typer
 from trueloop.cli.shared_options import Control, UnitOption, argument, option
 from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines, put
 
-app = Group("Tool tables of controls: read, and written with the offset of a correction.")
+app = Group("Tool tables of controls, read and written with an offset. The offset is that of a correction.")
 
 OfCorrection = Annotated[
     Path, argument("The correction: its record, or its job, computed anew.", metavar="JOB.toml|RECORD.json")
@@ -21,7 +21,10 @@ def read(
     unit: UnitOption = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a tool table: tools, offsets, nose radii, tips and names, numbers as they stand in the file."""
+    """Show a tool table: offsets, nose radii, tips, names.
+
+    Numbers as they stand in the file.
+    """
     from trueloop.formats.tables.tool_tables.known import read_tool_table
     from trueloop.report.tool_tables import heading_words, table_as_dict, table_lines
 
@@ -40,7 +43,10 @@ def apply(
     unit: UnitOption = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write a tool table with the offset of a correction in it; all else of the table stays byte for byte."""
+    """Write a tool table with a correction's offset in it.
+
+    All else of the table stays byte for byte.
+    """
     from trueloop.jobs.turned.outputs import apply_offset
     from trueloop.report.tool_tables import change_as_dict, change_words
 
@@ -64,7 +70,10 @@ def program(
     ] = None,
     output: Annotated[Path | None, option("File to write.  [default: stdout]", "--output", "-o")] = None,
 ) -> None:
-    """Write the offset of a correction as a small program in the control's own words, to be run once."""
+    """Write a correction's offset as a program to run once.
+
+    In the control's own words.
+    """
     from trueloop.jobs.turned.outputs import offset_words
 
     with busy(f"reading {correction}"):
@@ -72,7 +81,7 @@ def program(
     put(text, output, [correction])
 
 
-records = Group("Records of corrections: what was corrected, from what, by which model.")
+records = Group("Records of corrections: inputs, model, limits, decision.")
 
 
 @records.callback()
@@ -85,7 +94,10 @@ def show(
     file: Annotated[Path, argument("A record.json or STEM.record.json.", metavar="RECORD.json")],
     as_json: AsJson = False,
 ) -> None:
-    """Show what was corrected, from what, by which model, within which limits, what was decided, by whom and when."""
+    """Show a correction's inputs, model, limits and decision.
+
+    Also by whom, and when.
+    """
     from trueloop.formats.record_file import read_record
     from trueloop.report.record import as_dict, words
 

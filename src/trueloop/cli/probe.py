@@ -9,7 +9,7 @@ from trueloop.cli.options import StoreChoice, kept_as_dict, print_findings
 from trueloop.cli.shared_options import argument, option, positive
 from trueloop.cli.terminal import AsJson, Group, print_json, put
 
-app = Group("Plan touches, write probing programs, read what the control logged.")
+app = Group("Plan touches, write probing programs, read a control's log.")
 
 Control = Literal["linuxcnc", "fanuc", "haas", "renishaw", "siemens", "ge2000t"]
 """As `trueloop.controllers.probing.WRITERS` has them; a test compares."""
@@ -24,7 +24,10 @@ Output = Annotated[Path | None, option("File to write.  [default: stdout]", "--o
 
 @app.command()
 def plan(job: Job, setup: OfSetup = None, as_json: AsJson = False) -> None:
-    """Show every touch: point, feature, contact, approach and the way there, free of collisions."""
+    """Show every touch and the way there, free of collisions.
+
+    A row is point, feature, contact and approach.
+    """
     from trueloop.jobs.measure.probing import read_probing
 
     probing = read_probing(job, setup=setup)
@@ -84,9 +87,10 @@ def read(
     setup: OfSetup = None,
     as_json: AsJson = False,
 ) -> None:
-    """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place.
+    """Turn a control's log into the job's touches.
 
-    The touches of a part with a serial number are kept as what the semi-finish cut left.
+    Ball, pre-travel and lobing are taken off; rows are matched by place. The touches of a part with a serial number are
+    kept as what the semi-finish cut left.
     """
     from trueloop.formats.measurements.touches_csv import touches_to_csv
     from trueloop.jobs.measure.keep_measured import StatedCut, keep_inspections
@@ -115,7 +119,7 @@ def trials(
     setup: OfSetup = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show what a touch repeats to, from the log of a program that was written with `--trials`.
+    """Show how well a touch repeats, from the log of `--trials`.
 
     The file is one that `trueloop diagnose fixture` reads: it finds a drift, a step, a part that moves.
     """
@@ -162,7 +166,7 @@ def calibrate(
     inch: Annotated[bool, option("The log is in inches.", "--inch")] = False,
     x_is: Annotated[Literal["radius", "diameter"], option("What X is in the log.")] = "diameter",
 ) -> None:
-    """Print the table [calibration] of a probe file: effective ball radius and lobing."""
+    """Print a probe file's [calibration]: ball radius and lobing."""
     from trueloop.formats.jobs.probe_toml import calibration_toml
     from trueloop.formats.measurements.touches_csv import read_probe_log
     from trueloop.probing.calibration import calibrate as fit

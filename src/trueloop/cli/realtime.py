@@ -57,7 +57,10 @@ def demo(
     seed: Annotated[int, option("Of all noise.")] = 0,
     as_json: AsJson = False,
 ) -> None:
-    """LinuxCNC turns a part on a virtual lathe that warms up, without the corrector and with it."""
+    """Turn a part on a virtual lathe that warms up, in LinuxCNC.
+
+    Without the corrector and with it.
+    """
     from rich.console import Console
 
     from trueloop_lab.realtime.demo import demo as run
@@ -111,10 +114,11 @@ def hal(
     watch: Annotated[bool, option("Also the lines of a sampler, for `trueloop realtime watch`.", "--watch")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Print the lines to change and to add so that the corrector stands between motion and the drives, and why.
+    """Print the lines that put the corrector into a configuration.
 
-    Nothing is edited. A configuration that the corrector cannot be put into is refused, by what stands in the way. An
-    image of another machine is refused by its travel, axes and serial number; with --job by model, program, tool too.
+    Each with its reason: the corrector stands between motion and the drives. Nothing is edited. A configuration that
+    the corrector cannot be put into is refused, by what stands in the way. An image of another machine is refused by
+    its travel, axes and serial number; with --job by model, program, tool too.
     """
     from trueloop.controllers.linuxcnc.realtime.hal_lines import by_file
     from trueloop.jobs.realtime.wired import Wanted, wired
@@ -224,9 +228,10 @@ def image(
     ] = 100.0,
     as_json: AsJson = False,
 ) -> None:
-    """Write what the component in LinuxCNC's servo thread loads: a model, a table by program line, or both.
+    """Write the image that the component in LinuxCNC loads.
 
-    A table takes the place of the corrected program: one of the two is run, never both.
+    It holds a model, a table by program line, or both. A table takes the place of the corrected program: one of the two
+    is run, never both.
     """
     from trueloop.jobs.realtime.image import make_image
 
@@ -309,7 +314,7 @@ def install(
     keep_source: Annotated[Path | None, option("Folder for what was compiled: C, header and object file.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compile the component for this computer's LinuxCNC and install it.
+    """Compile and install the component for this LinuxCNC.
 
     Needs LinuxCNC's package for developers, not Rust. Where root's rights are needed, says the command.
     """
@@ -349,9 +354,10 @@ def signals(
     ] = 5.0,
     as_json: AsJson = False,
 ) -> None:
-    """The component rtec-signals: gives the corrector its signals, their ages, and which program runs.
+    """Feed the corrector its signals (component rtec-signals).
 
-    LinuxCNC starts it: `loadusr -Wn rtec-signals trueloop realtime signals CONFIG.toml` in its HAL file.
+    Signals, their ages, and the program that runs. LinuxCNC starts it: `loadusr -Wn rtec-signals trueloop realtime
+    signals CONFIG.toml` in its HAL file.
     """
     from trueloop.jobs.realtime import wired as job
 
@@ -397,7 +403,7 @@ def watch(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Record what the corrector does: attaches to the LinuxCNC on this computer, until Ctrl-C.
+    """Record the corrector of the LinuxCNC here, until Ctrl-C.
 
     Every servo period goes into samples.csv; a live page shows command, correction by cause, signals, state and times;
     at the end a page of the run is written. LinuxCNC needs a sampler on the corrector: see `realtime hal --watch`.
@@ -432,7 +438,7 @@ def watch(
 STOPS = (signal.SIGINT, signal.SIGTERM)
 
 
-app = Group("The machine's errors corrected in the servo thread of LinuxCNC: image, component, signals, watching.")
+app = Group("LinuxCNC corrects the machine's errors in its servo thread. Image, component, signals, watching.")
 app.add_all(image, install, hal, show, signals, watch, check, demo)
 
 

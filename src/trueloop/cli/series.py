@@ -49,7 +49,10 @@ class FileFacts:
 
 
 def add(files: Files, facts: FileFacts, db: Db = None, as_json: AsJson = False) -> None:
-    """Take inspections of finished parts into the store, each file whole or not at all."""
+    """Store inspections of finished parts, each file whole.
+
+    A file that is wrong anywhere is not stored.
+    """
     from trueloop.formats.inspections.measured_file import StatedFacts
     from trueloop.jobs.series import Adding, add_files
     from trueloop.jobs.store.opened import opened
@@ -148,7 +151,10 @@ def propose(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Propose what to change for the next part: offsets, memory begun anew after an alarm, weights."""
+    """Propose changes for the next part: offsets, weights.
+
+    After an alarm also memory begun anew.
+    """
     from trueloop.jobs import series
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.series import SeriesOptions, classes_named
@@ -252,7 +258,10 @@ Output = Annotated[
 
 
 def status(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
-    """Show each characteristic: parts, last error, level with its band, weight, drift, alarms, what is proposed."""
+    """Show each characteristic: level, drift, alarms, proposal.
+
+    Also parts, last error, the level's band and weight.
+    """
     from trueloop.jobs.series import status_of, write_series
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.series import SeriesOptions
@@ -274,7 +283,10 @@ def status(which: Which, page: Page, output: Output = None, db: Db = None, as_js
 
 
 def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
-    """Go through the stored parts in order: what would have been proposed for each, and what that would have left."""
+    """Go through the stored parts: proposals and their effect.
+
+    In order; the effect is what each proposal would have left.
+    """
     from trueloop.jobs.series import replay_of, write_series
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.series import SeriesOptions
@@ -299,7 +311,10 @@ class Shop:
 
 
 def simulate(shop: Shop, page: Page, output: Output = None, as_json: AsJson = False) -> None:
-    """Simulate a series that wears and warms up: what memory leaves, beside doing nothing and simpler rules."""
+    """Simulate a series that wears and warms up.
+
+    What memory leaves, beside no correction and simpler rules.
+    """
     from trueloop.jobs.series import write_series
     from trueloop_lab.loops.series import simulated
 
@@ -328,5 +343,5 @@ def _print_rest(shown: "SeriesShape", files: list[str]) -> None:
         typer.echo(f"written: {file}", err=True)
 
 
-app = Group("Series of parts: inspections of finished parts, proposals for the next one.")
+app = Group("Series of finished parts: inspections, proposed offsets.")
 app.add_all(add, status, propose, accept, reject, replay, simulate)

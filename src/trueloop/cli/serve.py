@@ -141,7 +141,10 @@ def serve(
     demo: Annotated[bool, option("Serve a shop of the examples, in trueloop-demo.db.", "--demo")] = False,
     no_browser: Annotated[bool, option("Print the address and open no browser.", "--no-browser")] = False,
 ) -> None:
-    """Serve the store's pages and interface, until Ctrl-C or SIGTERM; a folder without a store gets one."""
+    """Serve the store's pages and interface, until Ctrl-C.
+
+    SIGTERM ends it as well. A folder without a store gets one.
+    """
     if demo and db is not None:
         raise typer.BadParameter("a store of its own is made: leave out --db", param_hint="--demo")
     from trueloop.server.settings import require_packages

@@ -26,7 +26,10 @@ def simulate(
     workers: Annotated[int, option("Processes that a study runs on.", min=1)] = 2,
     as_json: AsJson = False,
 ) -> None:
-    """Semi-finish, probe, compensate, finish and measure on the virtual machine: truth beside estimate."""
+    """Run the whole loop on the virtual machine.
+
+    Semi-finish, probe, compensate, finish and measure: truth beside estimate.
+    """
     from trueloop_lab.files.job import workshop_and_trial
     from trueloop_lab.loops.figures import simulated_part_as_dict, study_as_dict
     from trueloop_lab.loops.turned import simulate as simulate_part
@@ -66,9 +69,10 @@ def loop(
     feed_override: Annotated[float, option("How much faster than programmed it cuts.", min=0.1, max=10.0)] = 8.0,
     as_json: AsJson = False,
 ) -> None:
-    """LinuxCNC runs semi-finish, probing and corrected finish program; the part is what it really drove.
+    """Run semi-finish, probing and corrected finish cut in LinuxCNC.
 
-    It runs in namespaces of its own: several loops side by side, and a LinuxCNC that is running already, do not meet.
+    The part is what LinuxCNC really drove. It runs in namespaces of its own: several loops side by side, and a LinuxCNC
+    that is running already, do not meet.
     """
     from rich.console import Console
 

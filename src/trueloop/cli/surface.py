@@ -30,7 +30,10 @@ def compare(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Set parts cut after a correction beside those before: deterministic, random, worst."""
+    """Compare parts cut after a correction with those before.
+
+    Deterministic, random and worst deviations.
+    """
     from trueloop.formats.outputs import write_all
     from trueloop.jobs.surface.job import compare_jobs, read_surface
     from trueloop.loops.surface.surface import Work
@@ -148,7 +151,10 @@ def simulate(
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Cut parts on a virtual mill, measure, correct, cut the next part: truth beside estimate."""
+    """Cut, measure and correct parts on a virtual mill.
+
+    Then cut the next part: truth beside estimate.
+    """
     from trueloop_lab.files.job import mill_and_trial
     from trueloop_lab.loops.surface import simulate_surface
 
@@ -178,7 +184,7 @@ def _say(figures: dict[str, object]) -> None:
     )
 
 
-app = Group("Free-form surfaces: deviations, machining pattern, corrected surface and program.")
+app = Group("Free-form surfaces: deviations, pattern, corrected program.")
 app.add_all(simulate, compare)
 
 
@@ -209,7 +215,10 @@ def deviations(job: JobFile, run: Run, as_json: AsJson = False) -> None:
 
 @app.command()
 def model(job: JobFile, run: Run, as_json: AsJson = False) -> None:
-    """Deterministic and random deviations of each part: a table, and one CSV file per part."""
+    """Show the deterministic and random deviations of each part.
+
+    A table, and one CSV file per part.
+    """
     from trueloop.formats.measurements.surface_csv import separation_to_csv
     from trueloop.report.surface.summary import as_words, part_line, part_row
 
@@ -234,7 +243,10 @@ def pattern(
     ] = 100.0,
     as_json: AsJson = False,
 ) -> None:
-    """The machining pattern of all parts: as STEP and IGES, pattern.json, pattern.html, maps.svg, maps as CSV."""
+    """Write the machining pattern that all parts have in common.
+
+    As STEP and IGES, pattern.json, pattern.html, maps.svg and maps as CSV.
+    """
     from trueloop.jobs.surface.job import pattern_files, pattern_of_parts
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
@@ -253,9 +265,10 @@ def pattern(
 def compensate(
     job: JobFile, run: Run, store: StoreChoice, keep_outliers: KeepOutliers = False, as_json: AsJson = False
 ) -> None:
-    """Correct surface and program by the pattern: all files, or none when anything is wrong.
+    """Correct surface and program by the pattern.
 
-    With a store its parts count too, and the job's parts, what was measured, the programs and the correction are kept.
+    Writes all files, or none if anything is wrong. With a store its parts count too, and the job's parts, what was
+    measured, the programs and the correction are kept.
     """
     from trueloop.jobs.store.opened import kept_all_the_same
     from trueloop.jobs.surface.job import correct_surface, corrected_files
@@ -278,9 +291,10 @@ def compensate(
 
 @app.command()
 def add(job: JobFile, run: Workers, db: Db = None, as_json: AsJson = False) -> None:
-    """Keep the job's parts in a store, and say what is noticed of each new one given those before it.
+    """Keep the job's parts in a store.
 
-    It is trueloop.db beside the job, which is made, where none is named. From then on its parts count.
+    What is noticed of each new part, beside those before it, is printed. The store is trueloop.db beside the
+    job, which is made, where none is named. From then on its parts count.
     """
     from trueloop.jobs.surface.kept_parts import add_parts, with_store
     from trueloop.report.surface.summary import added_lines, as_words
@@ -308,7 +322,10 @@ class Passes:
 
 @app.command()
 def path(surface: Nominal, passes: Passes) -> None:
-    """Print a plain zig-zag program for a ball-end cutter, its tip programmed, in mm."""
+    """Print a zig-zag program for a ball-end cutter, in mm.
+
+    Its tip is programmed.
+    """
     from trueloop.nc.program.dialect import dialect_named
     from trueloop_lab.simulator.zigzag import ZigzagOptions, program_text, zigzag
 
@@ -329,7 +346,10 @@ def sampling(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """How densely to touch a surface with a ball, and whether the ball reaches everywhere."""
+    """Compute how densely to touch a surface with a ball.
+
+    Also whether the ball reaches everywhere.
+    """
     from trueloop.report.surface.summary import sampling_lines, sampling_summary
     from trueloop.surface.deviations.deviations import sampling_advice
 

@@ -77,7 +77,7 @@ def machine_named(name: str | None) -> "Machine | None":
     return Machine(name) if name else None
 
 
-app = Group("Tools in the store: edges mounted, turned, set, worn and removed, and what each edge has taught.")
+app = Group("Edges of tools in the store: mounted, turned, set, worn. Also removed, and what each edge has taught.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,7 +105,10 @@ class Mounted:
 
 @app.command()
 def mount(tool: ToolName, mounted: Mounted, when: When, again: Again = False, as_json: AsJson = False) -> None:
-    """A new insert, or with --again one that was removed; what was in its holder before is removed with it."""
+    """Mount a new insert, or with --again a removed one.
+
+    The insert that was in its holder is removed with it.
+    """
     from trueloop.jobs.tools import Mounting, mounting
 
     wanted = Mounting(
@@ -128,7 +131,10 @@ def turn(
     again: Again = False,
     as_json: AsJson = False,
 ) -> None:
-    """The insert indexed: another corner cuts, of which nothing is known yet."""
+    """Index the insert: another corner cuts.
+
+    Nothing is known yet of the new corner.
+    """
     from trueloop.jobs.tools import turning
 
     when.keep(
@@ -138,7 +144,10 @@ def turn(
 
 @app.command()
 def set_(tool: ToolName, offsets: Offsets, when: When, as_json: AsJson = False) -> None:
-    """Measured or touched off anew: the form of the edge stays, where its tip lies does not."""
+    """State that the tool was measured or touched off anew.
+
+    The form of the edge stays; the place of its tip does not.
+    """
     _keep(tool, "set", when, offsets.values(), as_json=as_json)
 
 
@@ -157,7 +166,10 @@ def wear(
 
 @app.command()
 def remove(tool: ToolName, when: When, as_json: AsJson = False) -> None:
-    """Taken out of the machine: it cuts no more parts until it is mounted again."""
+    """Remove an edge from the machine.
+
+    It cuts no more parts until it is mounted again.
+    """
     _keep(tool, "removed", when, {}, as_json=as_json)
 
 
@@ -170,7 +182,10 @@ def show(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """The life of an edge and what it has taught: form, transfer to the finish cut, setting, part types."""
+    """Show the life of an edge and what it has taught.
+
+    Form, transfer to the finish cut, setting, part types.
+    """
     from trueloop.jobs.store.opened import opened
     from trueloop.jobs.tool_life import shown_edge
     from trueloop.report.tool import edge_as_dict, edge_lines, edge_page

@@ -62,7 +62,10 @@ def disable(name: Name, enable: Annotated[bool, option("Let it in again.", "--en
 
 @app.command()
 def role(name: Name, role: Annotated[str, typer.Argument(metavar="ROLE")], db: Db = None) -> None:
-    """Give an account another role: viewer, operator, engineer or admin. Its sessions end."""
+    """Give an account another role, and end its sessions.
+
+    Viewer, operator, engineer or admin.
+    """
     _changed(name, db, role=role)
 
 

@@ -211,6 +211,13 @@ def test_help_needs_nothing_heavy(helped: dict[str, object], command: str) -> No
     assert helped[command] == [0, True, []]
 
 
+@pytest.mark.parametrize("group", ["", *sorted({command.split()[0] for command in COMMANDS if " " in command})])
+def test_no_summary_is_cut_at_80_columns(group: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    commands = CliRunner().invoke(app, [*group.split(), "--help"]).stdout.partition("Commands:\n")[2].splitlines()
+    assert commands and [line for line in commands if line.endswith("...")] == []
+
+
 def test_the_version() -> None:
     import trueloop
 

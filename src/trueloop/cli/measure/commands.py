@@ -35,7 +35,10 @@ SHOWN = 8
 def map_columns(
     file: TableFile, output: MappingOutput = None, sheet: Sheet = "", unit: Unit = None, column: Columns = None
 ) -> None:
-    """Propose what the columns of a table mean, show its first values as they would be read, and write the mapping."""
+    """Propose a mapping for the columns of a table, and write it.
+
+    The first values are shown as they would be read.
+    """
     from trueloop.errors import TrueloopError
     from trueloop.jobs.measure.measured import map_table
 
@@ -114,7 +117,10 @@ class Moves:
 def plan(
     job: PlannedJob, moves: Moves, angle: Angles = None, diameters: Diameters = False, output: PlanOutput = None
 ) -> None:
-    """List where a measuring machine is to touch the part, with normals, or write a DMIS program that does."""
+    """List where a measuring machine touches, or write DMIS.
+
+    Points have their normals.
+    """
     if output is not None and output.suffix.lower() not in (*PROGRAMS, *LISTS):
         kinds = ", ".join(PROGRAMS), ", ".join(LISTS)
         raise typer.BadParameter(f"{output.name!r} ends with none of {kinds[0]} (program), {kinds[1]} (list)")
@@ -137,7 +143,10 @@ SheetOutput = Annotated[
 
 
 def sheet(job: Job, output: SheetOutput = None) -> None:
-    """List the diameters and lengths to measure by hand, each with an empty cell: to print, or to fill in."""
+    """List the diameters and lengths to measure by hand.
+
+    Each has an empty cell: to print, or to fill in.
+    """
     from trueloop.jobs.turned.new import gauge_sheet_of, write_sheet
 
     planned = gauge_sheet_of(job)
@@ -155,7 +164,10 @@ Mapping = Annotated[
 
 
 def convert(file: File, output: Output, unit: Unit = None, mapping: Mapping = None) -> None:
-    """Write an inspection file in another format: all its parts, in mm and degrees."""
+    """Write an inspection file in another format, in mm and degrees.
+
+    All its parts are written.
+    """
     from trueloop.formats.inspections.measured_file import StatedFacts
     from trueloop.jobs.measure.measured import convert as write_converted
 
@@ -168,7 +180,7 @@ def convert(file: File, output: Output, unit: Unit = None, mapping: Mapping = No
     typer.echo(f"written: {output}", err=True)
 
 
-app = Group("Inspection files of gauges and measuring machines, and plans for them.")
+app = Group("Files of gauges and measuring machines, and plans for them.")
 app.add(convert)
 app.add(next_measurement, "next")
 app.add(plan)

@@ -48,9 +48,10 @@ def next_measurement(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the measurements that lower most, a minute, what is not known of the next part, or that none is needed.
+    """List the next measurements, the most telling a minute first.
 
-    Decided by the probability that a characteristic with limits is out of them, else by the error along the contour.
+    Telling: that lower most of what is not known of the next part. Where none is needed, it prints that. Decided by the
+    probability that a characteristic with limits is out of them, else by the error along the contour.
     """
     kinds = [one.strip() for one in instruments.split(",")]
     if unknown := [one for one in kinds if one not in KINDS]:

@@ -94,9 +94,10 @@ def read(
     output: Output = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show what inspection files hold, and with --job which feature each value was matched with, and why not.
+    """Show the values of inspection files, with --job their features.
 
-    With --after they are kept in the job's store, linked with the cut that they show.
+    A value without a feature has the reason. With --after they are kept in the job's store, linked with the cut that
+    they show.
     """
     from trueloop.errors import Severity
     from trueloop.formats.inspections.measured_file import StatedFacts

@@ -178,7 +178,7 @@ def compensate(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Correct a finish program by the touches taken after the semi-finish cut.
+    """Correct a finish program by touches of the semi-finished part.
 
     Writes corrected.nc, offsets.nc, table.csv, record.json, report.html and report.json: all, or none when anything is
     wrong. A part with a serial number is kept in a store, with what was measured, the programs and the correction, and
@@ -229,7 +229,10 @@ def demo(
     output: Annotated[Path | None, option("Folder for the results.  [default: out/PART]", "--output", "-o")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run a ready job: a part that NIST measured in the 1990s, from its touches to a corrected program."""
+    """Correct a part that NIST measured in the 1990s.
+
+    From its touches to a corrected program, as a ready job.
+    """
     run_job(
         example(f"{part}/job.toml"),
         output or Path("out") / part,

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from trueloop.geometry.profile import Profile
     from trueloop.geometry.setup_frame import SetupFrame
 
-app = Group("The nominal profile: show it, or make it from a program, a drawing or a solid.")
+app = Group("Nominal profiles: shown, or made from program, DXF or STEP.")
 
 
 @app.command()
 def show(job: Annotated[Path, argument("The job file.", metavar="JOB.toml")], as_json: AsJson = False) -> None:
-    """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
+    """Show a job's profile: features, junctions, the nose's reach."""
     from trueloop.jobs.turned.job import read_part
     from trueloop.report.turned.contour_picture import profile_as_dict
 
@@ -82,7 +82,10 @@ def from_program(
     accept_unknown_words: AcceptUnknown = False,
     table: Table = Table(),
 ) -> None:
-    """Make a [part] table from a finish program: the path of the nose centre less the nose radius. No CAD needed."""
+    """Make a [part] table from a finish program.
+
+    The profile is the path of the nose centre less the nose radius. No CAD needed.
+    """
     from trueloop.geometry.profile import Side
     from trueloop.loops.turned.commanded import Run
 
@@ -109,7 +112,7 @@ class Drawing:
 def from_dxf(
     file: Annotated[Path, argument("The DXF drawing.", metavar="FILE")], drawing: Drawing, table: Table
 ) -> None:
-    """Make a [part] table from a drawing: the outside of the part that is drawn, or its bore."""
+    """Make a [part] table from a drawing: the outside or the bore."""
     from trueloop.formats.cad.dxf import read_dxf_sheet
     from trueloop.geometry.profile import Side
     from trueloop.geometry.validate import checked_profile
@@ -144,7 +147,10 @@ class Solid:
 def from_step(
     file: Annotated[Path, argument("The solid: STEP or IGES.", metavar="FILE")], solid: Solid, table: Table
 ) -> None:
-    """Make a [part] table from a turned solid: its outside or its bore, exact, with the tolerances on its faces."""
+    """Make a [part] table from a turned solid, STEP or IGES.
+
+    Its outside or its bore, exact, with the tolerances on its faces.
+    """
     from trueloop.formats.cad.step_profile import read_step_solid
     from trueloop.formats.cad.step_tolerances import fitting
     from trueloop.geometry.profile import Side
