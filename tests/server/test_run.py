@@ -3,8 +3,13 @@
 import asyncio
 import socket
 from contextlib import closing
+from pathlib import Path
+
+import pytest
 
 from tests.support.awaited import awaited
+from tests.support.cli import invoke
+from trueloop.errors import Code
 from trueloop.server.run import Listening, listen
 
 
@@ -27,3 +32,13 @@ async def _sends_at_once() -> list[int]:
 def test_an_answer_in_two_pieces_does_not_wait_for_the_client() -> None:
     """Else each answer takes the 40 ms after which Linux acknowledges what it has nothing to say to."""
     assert awaited(_sends_at_once()) == [1]
+
+
+@pytest.mark.parametrize("shop", [(), ("--demo",)], ids=["", "demo"])
+def test_a_port_that_is_taken_leaves_no_store_behind(
+    shop: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with listen(Listening(port=0)) as taken:
+        refused = invoke("serve", "--port", str(taken.getsockname()[1]), *shop)
+    assert Code.SRV_ADDRESS in refused.stderr and list(tmp_path.iterdir()) == []

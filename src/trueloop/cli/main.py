@@ -141,13 +141,15 @@ class _Group(TyperGroup):
 
 def _imported(name: str) -> Any:
     """Imports a command, or a group of commands, and makes of it what typer makes within a group."""
+    from trueloop.cli.terminal import Command
+
     module, _, attribute = COMMANDS[name].partition(":")
     value = getattr(import_module(module), attribute)
     holder = typer.Typer(rich_markup_mode=None, add_completion=False)
     if isinstance(value, typer.Typer):
         holder.add_typer(value, name=name)
     else:
-        holder.command(name)(value)
+        holder.command(name, cls=Command)(value)
     return get_group(holder).commands[name]
 
 

@@ -151,7 +151,7 @@ def serve(
 
     require_packages()
     from trueloop.jobs.store.opened import BESIDE, made, opened
-    from trueloop.server.run import require_safe
+    from trueloop.server.run import listen, require_safe
     from trueloop.server.run import serve as run
 
     listening = where.listening()
@@ -160,13 +160,7 @@ def serve(
     if links is not None:
         from trueloop.formats.links_toml import read_links
 
-        read_links(links)  # what is wrong with it is said now, and again where it is changed
-    if demo:
-        db = _example_shop()
-    elif db is None and not Path(BESIDE).exists():
-        made(BESIDE).close()
-        typer.echo(f"made the store {BESIDE}", err=True)
-    store = opened(db)
+        read_links(links)  # refuses a wrong file now; it is read again where it is changed
 
     def ready(at: str, first: str) -> None:
         typer.echo(f"serving {store.where} at {at}")
@@ -176,8 +170,15 @@ def serve(
         if not no_browser and sys.stdout.isatty():
             threading.Thread(target=webbrowser.open, args=(link,), daemon=True).start()
 
-    run(store, _settings(where, listening.tls, links), listening, ready, oidc)
-    store.close()
+    with listen(listening) as socket:  # before a store is made: a port that is taken leaves none behind
+        if demo:
+            db = _example_shop()
+        elif db is None and not Path(BESIDE).exists():
+            made(BESIDE).close()
+            typer.echo(f"made the store {BESIDE}", err=True)
+        store = opened(db)
+        run(store, _settings(where, listening.tls, links), listening, ready, listening=socket, oidc=oidc)
+        store.close()
 
 
 def _example_shop() -> str:

@@ -12,15 +12,18 @@ import functools
 import json
 import math
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from enum import IntEnum
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 from typer.models import ParameterInfo
 
 from trueloop.cli.options import with_groups
@@ -140,6 +143,25 @@ def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
     return run
 
 
+class Command(TyperCommand):
+    """A command whose numbers are refused in words where they have a decimal comma."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Returns what the options leave of the words, as typer does."""
+        words = [part for word in args for part in word.split("=", 1)]
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            names = {*error.param.opts, *error.param.secondary_opts} if error.param else set()
+            values = [
+                value for name, value in pairwise(words) if name in names and re.fullmatch(r"[-+]?\d*,\d+", value)
+            ]
+            if not values or not re.search("number|float", error.message):
+                raise
+            message = f"{values[0]} has a decimal comma: write {values[0].replace(',', '.')}"
+            raise typer.BadParameter(message, ctx=error.ctx, param=error.param) from None
+
+
 class Group(typer.Typer):
     """A group of commands, each of them `guarded`; called without a command it prints its help."""
 
@@ -153,7 +175,7 @@ class Group(typer.Typer):
     def add(self, function: Callable[..., Any], name: str | None = None, **settings: Any) -> Callable[..., Any]:
         """Adds a function as a command: by this name, else by its own without a last underscore."""
         called = name or function.__name__.rstrip("_").replace("_", "-")
-        super().command(called, **settings)(guarded(function))
+        super().command(called, cls=Command, **settings)(guarded(function))
         return function
 
     def add_all(self, *functions: Callable[..., Any]) -> None:

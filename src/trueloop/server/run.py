@@ -133,9 +133,15 @@ def require_safe(where: Listening) -> None:
 
 
 def serve(
-    store: Store, settings: Settings, where: Listening, ready: Callable[[str, str], None], oidc: Oidc | None = None
+    store: Store,
+    settings: Settings,
+    where: Listening,
+    ready: Callable[[str, str], None],
+    *,
+    listening: socket.socket,
+    oidc: Oidc | None = None,
 ) -> None:
-    """Serves until SIGINT or SIGTERM. Raises SRV-ADDRESS.
+    """Serves by the socket that listens there, until SIGINT or SIGTERM.
 
     `ready` gets the address once connections are taken, and what is added to it to make the first account: empty where
     the store has an account.
@@ -143,13 +149,11 @@ def serve(
     require_safe(where)
     heap.share_one()
     app = create_app(store, settings, oidc=oidc)
-    listening = listen(where)
     server = _Server(config_of(app, where), app.state.stopping.set)
     host = f"[{where.host}]" if ":" in where.host else where.host
     ready(f"{settings.scheme}://{host}:{listening.getsockname()[1]}/", app.state.first.fragment)
     log("started", host=where.host, port=listening.getsockname()[1], tls=where.tls)
-    with listening:
-        server.run([listening])
+    server.run([listening])
     log("stopped")
 
 
