@@ -10,7 +10,7 @@ from trueloop.cli.shared_options import Db, Page, argument, option, positive
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
-    from trueloop.loops.monitor.chart import ChartOptions
+    pass
 
 
 def certify(
@@ -91,9 +91,13 @@ def chart(
     """
     from trueloop.jobs.monitor.charts import charts_of, write_charts
     from trueloop.jobs.store.opened import opened
+    from trueloop.loops.monitor.chart import ChartOptions
     from trueloop.report.monitor.chart_values import alarm_lines, chart_head, chart_rows
 
-    options = _options(rules, baseline, each_setting, what)
+    numbers = range(1, 9) if rules == "all" else [int(one) if one.strip().isdigit() else 0 for one in rules.split(",")]
+    if not all(1 <= one <= 8 for one in numbers):
+        raise typer.BadParameter(f"{rules!r}: name tests by numbers from 1 to 8, as 1,2,5", param_hint="--rules")
+    options = ChartOptions(tuple(sorted(set(numbers))), _baseline(baseline, each_setting), each_setting, what.value)
     with busy("charting the series"):
         shown = charts_of(opened(db), part_type, characteristic or (), options)
         files = write_charts(shown, output, page.language, page.unit)
@@ -108,19 +112,6 @@ def chart(
     print_lines(f"{one.severity} {one.code}: {one.message}\n  hint: {one.hint}" for one in shown.findings)
     for file in files:
         typer.echo(f"written: {file}", err=True)
-
-
-def _options(rules: str, baseline: str, anew: bool, what: What) -> "ChartOptions":
-    from trueloop.loops.monitor.chart import ChartOptions
-
-    return ChartOptions(_rules(rules), _baseline(baseline, anew), anew, what.value)
-
-
-def _rules(text: str) -> tuple[int, ...]:
-    numbers = range(1, 9) if text == "all" else [int(one) if one.strip().isdigit() else 0 for one in text.split(",")]
-    if not all(1 <= one <= 8 for one in numbers):
-        raise typer.BadParameter(f"{text!r}: name tests by numbers from 1 to 8, as 1,2,5", param_hint="--rules")
-    return tuple(sorted(set(numbers)))
 
 
 def _baseline(text: str, anew: bool) -> int | tuple[str, str]:

@@ -66,7 +66,9 @@ def carry_out(store: Store, request: ask.Request, by: By, now: datetime, expecte
         known = StoreReader(connection, store.codec)
         facts = load(known, request, book)
         before = _orders_in(facts)
-        _require_version(before, expected)
+        for one in before.values():
+            if expected is not None and str(one.version) != expected:
+                raise records.stale(expected, str(one.version))
         if isinstance(request, ask.NextBlock):
             require_machine(by, request.machine)
         changes = decide(facts, request, by, now)
@@ -84,12 +86,6 @@ def _book(store: Store, request: ask.Request) -> ProposalFacts | None:
         proposal: Proposal | None = StoreReader(connection, store.codec).first(Proposal, request.proposal)
     book = None if proposal is None else read_book(store, proposal.part_type.name, SeriesOptions())
     return ProposalFacts(proposal, book)
-
-
-def _require_version(orders: Mapping[str, OrderNow], expected: str | None) -> None:
-    for one in orders.values():
-        if expected is not None and str(one.version) != expected:
-            raise records.stale(expected, str(one.version))
 
 
 def _orders_in(facts: Any) -> Mapping[str, OrderNow]:

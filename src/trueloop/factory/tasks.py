@@ -119,16 +119,11 @@ def run_task(store: Store, runners: Mapping[str, Runner], worker: str, clock: Cl
     except TrueloopError as refused:
         if refused.code in AWAY:
             raise
-        working.end("failed", problem=json.dumps(problem_of(refused)))
+        said = {"code": refused.code.value, "message": refused.message, "hint": refused.hint}
+        working.end("failed", problem=json.dumps({**said, "values": dict(refused.values)}))
     else:
         working.end("done", progress=1.0, result=json.dumps(dict(result)))
     return task_of(store, task.id)
-
-
-def problem_of(refused: TrueloopError) -> dict[str, Any]:
-    """Converts a refusal to the form in which it is kept."""
-    said = {"code": refused.code.value, "message": refused.message, "hint": refused.hint}
-    return {**said, "values": dict(refused.values)}
 
 
 def _until(now: datetime) -> str:

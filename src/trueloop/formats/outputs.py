@@ -165,7 +165,10 @@ def _write(folder: Path, files: Sequence[Named], needed: int | None) -> None:
             made = content() if callable(content) else content
             with _refusing(folder, needed):
                 if made is not None:
-                    _write_synced(staging / f"{name}.new", made)
+                    with (staging / f"{name}.new").open("wb") as file:
+                        file.write(made)
+                        file.flush()
+                        os.fsync(file.fileno())
                 if (folder / name).exists():
                     shutil.copy2(folder / name, staging / f"{name}.old")
         with _refusing(folder, needed):
@@ -196,13 +199,6 @@ def _put_back(folder: Path, staging: Path, names: Iterable[str]) -> None:
             (staging / f"{name}.old").replace(folder / name)
         else:
             (folder / name).unlink(missing_ok=True)
-
-
-def _write_synced(path: Path, content: bytes) -> None:
-    with path.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def _sync(folder: Path) -> None:

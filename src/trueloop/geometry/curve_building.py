@@ -43,7 +43,14 @@ def curve_along(name: str, point: Along, derivative: Along, breaks: Sequence[flo
     """
     pieces = [piece for low, high in pairwise(breaks) for piece in _pieces(name, derivative, low, high)]
     lows, lengths, tangents = (np.array(each) for each in zip(*pieces, strict=True))
-    _require_smooth(name, tangents, point(lows))
+    starts_mm = point(lows)
+    series = np.moveaxis(_TO_SERIES @ tangents, 1, 0)
+    at_start, at_end = (chebyshev.chebval(u, series, tensor=False) for u in (-1.0, 1.0))
+    sine = at_end[:-1, 0] * at_start[1:, 1] - at_end[:-1, 1] * at_start[1:, 0]
+    turn = np.arctan2(sine, np.sum(at_end[:-1] * at_start[1:], axis=-1))
+    for k in np.flatnonzero(np.abs(turn) > CORNER_RAD)[:1]:
+        x, z = starts_mm[k + 1]
+        raise _refused(name, f"turns by {np.degrees(abs(turn[k])):.4f}° at x = {x:.4f} mm, z = {z:.4f} mm")
     return _integrated(name, lengths, tangents, point(lows))
 
 
@@ -117,17 +124,6 @@ def _integrated(name: str, lengths_mm: Array, tangents: Array, starts_mm: Array)
     series = chebyshev.chebint(_TO_SERIES @ tangents, axis=1, lbnd=-1.0) * (lengths_mm / 2)[:, None, None]
     series[:, 0] += starts_mm
     return Curve(name, np.concatenate([[0.0], np.cumsum(lengths_mm)]), series)
-
-
-def _require_smooth(name: str, tangents: Array, starts_mm: Array) -> None:
-    """Refuses a corner between pieces."""
-    series = np.moveaxis(_TO_SERIES @ tangents, 1, 0)
-    at_start, at_end = (chebyshev.chebval(u, series, tensor=False) for u in (-1.0, 1.0))
-    sine = at_end[:-1, 0] * at_start[1:, 1] - at_end[:-1, 1] * at_start[1:, 0]
-    turn = np.arctan2(sine, np.sum(at_end[:-1] * at_start[1:], axis=-1))
-    for k in np.flatnonzero(np.abs(turn) > CORNER_RAD)[:1]:
-        x, z = starts_mm[k + 1]
-        raise _refused(name, f"turns by {np.degrees(abs(turn[k])):.4f}° at x = {x:.4f} mm, z = {z:.4f} mm")
 
 
 def _refused(name: str, what: str) -> TrueloopError:

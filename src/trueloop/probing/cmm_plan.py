@@ -67,7 +67,13 @@ def cmm_plan(
     A point at one angle alone keeps its name, else the angle is added: `12_180`. Raises TCH-PLAN where no angle, no
     finite one, or one angle twice is given.
     """
-    _require_different(angles_deg)
+    wrong = [angle for angle in angles_deg if not math.isfinite(angle)]
+    if wrong or not angles_deg or len(_angles(angles_deg, False)) < len(angles_deg):
+        raise Code.TCH_PLAN.refusal(
+            f"{len(angles_deg)} angles about the axis, {', '.join(f'{angle:g}°' for angle in angles_deg)}, are not "
+            "one or more finite ones, each once",
+            hint="name every angle once, 0° is where the profile is drawn",
+        )
     planned = []
     for k, name in enumerate(names):
         place, normal = _pair(points.nominal_mm[k]), _pair(points.outward_normal[k])
@@ -95,16 +101,6 @@ def _angles(angles_deg: Sequence[float], opposite: bool) -> list[float]:
     if opposite:
         angles = list(dict.fromkeys(each for angle in angles for each in (angle, (angle + HALF_TURN_DEG) % 360.0)))
     return angles
-
-
-def _require_different(angles_deg: Sequence[float]) -> None:
-    wrong = [angle for angle in angles_deg if not math.isfinite(angle)]
-    if wrong or not angles_deg or len(_angles(angles_deg, False)) < len(angles_deg):
-        raise Code.TCH_PLAN.refusal(
-            f"{len(angles_deg)} angles about the axis, {', '.join(f'{angle:g}°' for angle in angles_deg)}, are not "
-            "one or more finite ones, each once",
-            hint="name every angle once, 0° is where the profile is drawn",
-        )
 
 
 def _pair(xz: Sequence[float]) -> Point:

@@ -112,7 +112,9 @@ def probe_plan(
     Raises PRB-BALL where the ball does not fit, PRB-REACH for a point that ball or stem cannot reach: both name the
     point and what is in the way.
     """
-    safe = _safe(obstacle, stylus, approach)
+    far = stylus.ball_radius_mm + approach.stand_off_mm + 5.0 * approach.margin_mm
+    beside = np.maximum(-stylus.stem_length_mm * stylus.stem_direction, 0.0) + stylus.stem_radius_mm
+    safe = np.asarray(np.max(obstacle.corners_mm, axis=0) + far + beside)
     touches, at = [], safe
     for touch in probing_moves(profile, points, stylus, approach, names):
         require_ball_fits(touch, obstacle, stylus)
@@ -147,13 +149,6 @@ def probing_moves(
         )
         for k, name in enumerate(names)
     )
-
-
-def _safe(obstacle: Obstacle, stylus: Stylus, approach: Approach) -> Array:
-    """Outside of everything on x and on z."""
-    far = stylus.ball_radius_mm + approach.stand_off_mm + 5.0 * approach.margin_mm
-    beside = np.maximum(-stylus.stem_length_mm * stylus.stem_direction, 0.0) + stylus.stem_radius_mm
-    return np.asarray(np.max(obstacle.corners_mm, axis=0) + far + beside)
 
 
 def _positions(points: GaugingPoints, stylus: Stylus, approach: Approach) -> tuple[Array, Array, Array]:

@@ -36,7 +36,10 @@ class Obstacle:
         if self._holds(start_mm) or self._holds(end_mm):
             return 0.0, self.side[int(np.argmin(_point_to_segments(start_mm, a, b)))]
         between = np.minimum(_point_to_segments(start_mm, a, b), _point_to_segments(end_mm, a, b))
-        between = np.minimum(between, _points_to_segment(a, start_mm, end_mm))
+        along = end_mm - start_mm
+        share = np.clip((a - start_mm) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
+        distance: Array = np.hypot(*(start_mm + share[:, None] * along - a).T)
+        between = np.minimum(between, distance)
         between = np.where(_cross(a, b, start_mm, end_mm), 0.0, between)
         nearest = int(np.argmin(between))
         return float(between[nearest]), self.side[nearest]
@@ -99,14 +102,6 @@ def _point_to_segments(point: Array, a: Array, b: Array) -> Array:
     square = np.maximum(np.sum(along**2, axis=1), 1e-300)
     share = np.clip(np.sum((point - a) * along, axis=1) / square, 0.0, 1.0)
     distance: Array = np.hypot(*(a + share[:, None] * along - point).T)
-    return distance
-
-
-def _points_to_segment(points: Array, a: Array, b: Array) -> Array:
-    """From each of several points to one segment."""
-    along = b - a
-    share = np.clip((points - a) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
-    distance: Array = np.hypot(*(a + share[:, None] * along - points).T)
     return distance
 
 

@@ -90,10 +90,7 @@ def install(app: FastAPI, settings: Settings) -> None:
             )
         if "." in path.rpartition("/")[2]:
             return answer_of(nothing("file", f"/{path}"))
-        return _index(names.get("index.html"))
-
-
-def _index(file: Path | None) -> Response:
-    nonce = secrets.token_urlsafe(16)
-    text = _NOT_BUILT if file is None else file.read_text(encoding="utf-8").replace(NONCE, nonce)
-    return HTMLResponse(text, headers={"Content-Security-Policy": policy_of(nonce)})
+        file = names.get("index.html")
+        nonce = secrets.token_urlsafe(16)
+        text = _NOT_BUILT if file is None else file.read_text(encoding="utf-8").replace(NONCE, nonce)
+        return HTMLResponse(text, headers={"Content-Security-Policy": policy_of(nonce)})

@@ -53,12 +53,8 @@ def _table_of_kind(kind: Kind) -> Table:
         UniqueConstraint("identity", "version", name=f"{kind.table}_once"),
         UniqueConstraint("supersedes", name=f"{kind.table}_superseded_once"),
         CheckConstraint("supersedes < id", name=f"{kind.table}_supersedes_earlier"),
-        *(_index(kind.table, names) for names in _indexed(kind)),
+        *(Index(f"{kind.table}_by_{names[0]}", *names) for names in _indexed(kind)),
     )
-
-
-def _index(table: str, names: tuple[str, ...]) -> Index:
-    return Index(f"{table}_by_{names[0]}", *names)
 
 
 def _indexed(kind: Kind) -> list[tuple[str, ...]]:

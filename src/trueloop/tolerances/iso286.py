@@ -166,18 +166,13 @@ def deviations_mm(tolerance_class: str, nominal_mm: float) -> tuple[float, float
     if not 0.0 < nominal_mm <= LARGEST_MM:
         raise _not_there(tolerance_class, nominal_mm, "its tables hold sizes over 0 up to 3150 mm")
     try:
-        width = _width_um(grade, nominal_mm)
+        if nominal_mm <= 1.0 and int(grade) >= 14:
+            raise KeyError(grade)
+        width = GRADE_UM[grade].at(nominal_mm)
         lower, upper = (_hole if letter.isupper() else _shaft)(letter.lower(), grade, nominal_mm, width)
     except KeyError:
         raise _not_there(tolerance_class, nominal_mm, "the standard leaves this class out at this size") from None
     return lower / UM_PER_MM, upper / UM_PER_MM
-
-
-def _width_um(grade: str, nominal_mm: float) -> float:
-    """ITn. Raises KeyError for what the standard does not have."""
-    if nominal_mm <= 1.0 and int(grade) >= 14:
-        raise KeyError(grade)
-    return GRADE_UM[grade].at(nominal_mm)
 
 
 def _shaft(letter: str, grade: str, nominal_mm: float, width: float) -> tuple[float, float]:

@@ -43,7 +43,14 @@ def map_columns(
     from trueloop.jobs.measure.measured import map_table
 
     mapped = map_table(file, output, sheet, unit, _given(column or []))
-    _print_columns(mapped)
+    mapping = mapped.mapping
+    print_lines([f"headings in row {mapping.header_row}" + (f" of sheet {mapping.sheet!r}" if mapping.sheet else "")])
+    print_lines(f"  {role:<16} {name}" for role, name in mapping.columns.named().items())
+    for key in ("parts", "repeats", "characteristics", "ignored"):
+        if names := getattr(mapping.columns, key):
+            print_lines([f"  {key:<16} {', '.join(names)}"])
+    said = {"unit": mapping.unit, "deviations": mapping.deviation, "lower tolerances": mapping.lower_tolerance}
+    print_lines([f"  {key:<16} {value}" for key, value in said.items() if value])
     if isinstance(mapped.file, TrueloopError):
         typer.echo(f"written: {mapped.path}", err=True)
         raise mapped.file
@@ -62,17 +69,6 @@ def _given(columns: list[str]) -> dict[str, list[str]]:
             raise typer.BadParameter(f"{text!r} is no MEANING=HEADING; meanings: {known}", param_hint="--column")
         given.setdefault(meaning, []).append(heading)
     return given
-
-
-def _print_columns(mapped: "Mapped") -> None:
-    mapping = mapped.mapping
-    print_lines([f"headings in row {mapping.header_row}" + (f" of sheet {mapping.sheet!r}" if mapping.sheet else "")])
-    print_lines(f"  {role:<16} {name}" for role, name in mapping.columns.named().items())
-    for key in ("parts", "repeats", "characteristics", "ignored"):
-        if names := getattr(mapping.columns, key):
-            print_lines([f"  {key:<16} {', '.join(names)}"])
-    said = {"unit": mapping.unit, "deviations": mapping.deviation, "lower tolerances": mapping.lower_tolerance}
-    print_lines([f"  {key:<16} {value}" for key, value in said.items() if value])
 
 
 def _print_values(mapped: "Mapped") -> None:

@@ -80,7 +80,11 @@ class Folder:
         """Renames once: at every moment the old program is there whole, or the new one."""
         try:
             (self.folder / aside).replace(self.folder / name)
-            _sync(self.folder)
+            handle = os.open(self.folder, os.O_RDONLY)
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)
         except OSError as error:
             raise not_reached(self.where, error) from error
         if self.tell is not None:
@@ -124,14 +128,6 @@ def _is_program(path: Path) -> bool:
 def _listed(path: Path) -> ListedProgram:
     state = path.stat()
     return ListedProgram(path.name, state.st_size, datetime.fromtimestamp(state.st_mtime, UTC))
-
-
-def _sync(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 BY_HAND: Final = "what is typed or done by hand"

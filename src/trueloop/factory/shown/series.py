@@ -112,14 +112,10 @@ def _points(series: TrackedSeries, inspections: dict[Identity, Inspection], edge
             deviation_um=made.error_mm * UM_PER_MM,
             without_correction_um=made.uncorrected_mm * UM_PER_MM,
             expected_um=None if part.expected_mm is None else part.expected_mm * UM_PER_MM,
-            band_um=_band(part),
+            band_um=None if part.expected_u_mm is None else NORMAL_95 * part.expected_u_mm * UM_PER_MM,
             alarm="beyond what was expected" if part.alarm else "",
             tool_changed="set" if made.set_before else "",
             quarantined=not made.counts,
             edge=None if edge is None else edge[0],
             tool="" if edge is None else edge_name(edge[1]),
         )
-
-
-def _band(part: TrackedPart) -> float | None:
-    return None if part.expected_u_mm is None else NORMAL_95 * part.expected_u_mm * UM_PER_MM

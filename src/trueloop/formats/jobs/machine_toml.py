@@ -32,7 +32,7 @@ power = 1                         # 2: the square of a speed heats
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Final, Literal
@@ -212,17 +212,15 @@ def _terms(file: Located[MachineFile], chain: Chain) -> tuple[Term, ...]:
         found = {str(term.name): term for term in standard}
     for k, own in enumerate(file.model.term):
         with file.at("term", k, "error"):
-            _require_once(own.error, [term.error for term in file.model.term[:k]])
+            error = own.error
+            before = [term.error for term in file.model.term[:k]]
+            if error in before:
+                raise Code.MCH_FILE.refusal(
+                    f"{error} has {before.count(error) + 1} tables [[term]]: the last would stand for all",
+                    hint="one table an error: its signals, degree and travel belong into it together",
+                )
             found[own.error] = _own_term(own, chain)
     return tuple(found.values())
-
-
-def _require_once(error: str, before: Sequence[str]) -> None:
-    if error in before:
-        raise Code.MCH_FILE.refusal(
-            f"{error} has {before.count(error) + 1} tables [[term]]: the last would stand for all",
-            hint="one table an error: its signals, degree and travel belong into it together",
-        )
 
 
 def _own_term(table: TermTable, chain: Chain) -> Term:

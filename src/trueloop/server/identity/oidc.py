@@ -68,7 +68,7 @@ class SignIns:
             "scope": "openid profile",
             "state": state,
             "nonce": nonce,
-            "code_challenge": _challenge(verifier),
+            "code_challenge": urlsafe_b64encode(sha256(verifier.encode()).digest()).decode().rstrip("="),
             "code_challenge_method": "S256",
         }
         return Going(f"{address}{'&' if '?' in address else '?'}{urlencode(asked)}", cookie)
@@ -90,10 +90,6 @@ class SignIns:
             raise refused(f"the provider has refused it: {said or 'no code'}")
         token = self.provider.token(self.oidc, answer["code"], pending.redirect, pending.verifier, now)
         return checked_claims(token, self.provider, self.oidc.client_id, pending.nonce, now)
-
-
-def _challenge(verifier: str) -> str:
-    return urlsafe_b64encode(sha256(verifier.encode()).digest()).decode().rstrip("=")
 
 
 def _hash(cookie: str) -> str:

@@ -42,7 +42,11 @@ class Journal:
             self.torn = content[self._end :]
             os.ftruncate(self._fd, self._end)
             os.fsync(self._fd)
-            _sync_folder(file.parent)
+            fd = os.open(file.parent, os.O_RDONLY | os.O_DIRECTORY)
+            try:
+                os.fsync(fd)
+            finally:
+                os.close(fd)
         except BlockingIOError as error:
             raise _refused(file, "another client has it: 1 is the most", "end that one first") from error
         except OSError as error:
@@ -99,14 +103,6 @@ def _entry(line: bytes) -> Entry | None:
 
 def _sum(text: str) -> str:
     return sha256(text.encode()).hexdigest()[:16]
-
-
-def _sync_folder(folder: Path) -> None:
-    fd = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(fd)
-    finally:
-        os.close(fd)
 
 
 def _refused(file: Path, why: str, hint: str, line: int | None = None) -> TrueloopError:

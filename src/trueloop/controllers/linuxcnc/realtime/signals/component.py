@@ -20,7 +20,7 @@ from trueloop.controllers.linuxcnc.realtime.signals.setup import Setup
 from trueloop.errors import TrueloopError
 from trueloop.formats.realtime.samples_csv import SignalLog
 from trueloop.machine.model.history import History
-from trueloop.realtime.bank import LagState, from_history
+from trueloop.realtime.bank import from_history
 
 EVERY_S: Final = 0.05
 AGAIN_S: Final = 1.0
@@ -172,10 +172,11 @@ class Collector:
         self.board = Board(setup.scale)
         self.readers = {name: Reader(name, feed, self.board, stop, say) for name, feed in setup.feeds.items()}
         log, history = _begun(setup, say) if logging else (None, _recorded(setup))
+        from_log = {lag.name: from_history(lag, setup.rules, history) for lag in setup.lags} if history else {}
         self.past = Past(
             setup.lags,
             setup.rules,
-            _states(setup, history),
+            from_log | dict(setup.states),
             self.board,
             setup.clock,
             stop,
@@ -222,12 +223,6 @@ def _begun(setup: Setup, say: Say) -> tuple[SignalLog | None, History | None]:
 
 def _recorded(setup: Setup) -> History | None:
     return None if setup.log is None else setup.log.recorded(setup.clock.log_s)
-
-
-def _states(setup: Setup, history: History | None) -> dict[str, LagState | None]:
-    """Every lag as the log left it, or as a replay begins it."""
-    from_log = {lag.name: from_history(lag, setup.rules, history) for lag in setup.lags} if history else {}
-    return from_log | dict(setup.states)
 
 
 def run(setup: Setup, hal: Any, linuxcnc: Any, sha256: Callable[[], str], stop: threading.Event, say: Say) -> None:

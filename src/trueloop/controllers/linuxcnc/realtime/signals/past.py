@@ -159,7 +159,15 @@ def replayed(file: Located[SignalsFile], names: Sequence[str], lags: Sequence[La
         feeds[source] = feed
         units.update({name: feed.log.units[column] for name, column in columns.items()})
         states.update({lag.name: _state(feed, lag, clock) for lag in lags if lag.of in columns})
-    return ReplayedLogs(feeds, units, states, _speed(file, list(feeds)))
+    used = list(feeds)
+    speeds = {file.model.replay[source].speed for source in used}
+    if len(speeds) > 1:
+        with file.at("replay", used[1], "speed"):
+            raise Code.RTC_SOURCE.refusal(
+                f"logs are played again at {len(speeds)} speeds: {', '.join(f'{s:g}' for s in sorted(speeds))}",
+                hint="one speed for all: lags run on one clock",
+            )
+    return ReplayedLogs(feeds, units, states, next(iter(speeds), 1.0))
 
 
 def _replay(file: Located[SignalsFile], source: str, columns: dict[str, str], clock: Clock) -> Replay:
@@ -175,17 +183,13 @@ def _replay(file: Located[SignalsFile], source: str, columns: dict[str, str], cl
                 )
     start_s = float(log.time_s[0]) if table.start_s is None else table.start_s
     with file.at("replay", source, "start_s"):
-        _check_start(log, start_s)
+        first, last = float(log.time_s[0]), float(log.time_s[-1])
+        if not first <= start_s < last:
+            raise Code.RTC_SOURCE.refusal(
+                f"the log is from {first:g} to {last:g} s: it cannot begin at {start_s:g} s",
+                hint="start_s counts as the log's own column time_s does",
+            )
     return Replay(log, columns, clock.monotonic_s, start_s, table.speed)
-
-
-def _check_start(log: History, start_s: float) -> None:
-    first, last = float(log.time_s[0]), float(log.time_s[-1])
-    if not first <= start_s < last:
-        raise Code.RTC_SOURCE.refusal(
-            f"the log is from {first:g} to {last:g} s: it cannot begin at {start_s:g} s",
-            hint="start_s counts as the log's own column time_s does",
-        )
 
 
 def _state(feed: Replay, lag: Lag, clock: Clock) -> LagState | None:
@@ -197,14 +201,3 @@ def _state(feed: Replay, lag: Lag, clock: Clock) -> LagState | None:
     rules = LagRules(gap=math.inf, equilibrium_s=float(times[0]))
     state = from_history(lag, rules, History(times, {lag.of: values}))
     return state and replace(state, time_s=clock.log_s, since_s=clock.log_s)
-
-
-def _speed(file: Located[SignalsFile], used: Sequence[str]) -> float:
-    speeds = {file.model.replay[source].speed for source in used}
-    if len(speeds) > 1:
-        with file.at("replay", used[1], "speed"):
-            raise Code.RTC_SOURCE.refusal(
-                f"logs are played again at {len(speeds)} speeds: {', '.join(f'{s:g}' for s in sorted(speeds))}",
-                hint="one speed for all: lags run on one clock",
-            )
-    return next(iter(speeds), 1.0)
