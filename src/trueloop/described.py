@@ -1,14 +1,21 @@
-"""Models of files and answers whose fields are explained by the text below them."""
+"""Models of files and answers whose fields are explained by the text below them; records made of others."""
 
 import ast
 import inspect
+from dataclasses import fields
 from functools import cache
 from itertools import pairwise
 from textwrap import dedent
+from typing import TYPE_CHECKING, TypeVar
 
 from pydantic import BaseModel, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+D = TypeVar("D", bound="DataclassInstance")
 
 
 class Described(BaseModel):
@@ -53,3 +60,9 @@ def _texts_below(kind: type) -> dict[str, str]:
             case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
                 found[name] = inspect.cleandoc(text)
     return found
+
+
+def filled_from(kind: type[D], source: object, /, **others: object) -> D:
+    """Makes a record of a kind: its fields have the values of like-named attributes of the source, but for `others`."""
+    names = (one.name for one in fields(kind) if one.name not in others and hasattr(source, one.name))
+    return kind(**{name: getattr(source, name) for name in names}, **others)

@@ -9,6 +9,7 @@ from typing import Any
 
 from sqlalchemy import Connection, select
 
+from trueloop.described import filled_from
 from trueloop.domain.codec import Codec
 from trueloop.domain.factory import BlockKind, PartState, Run, RunFact, StepState, WorkOrder
 from trueloop.domain.record import Correction, ProgramText
@@ -79,28 +80,12 @@ def order_of(reader: StoreReader, order_id: str) -> OrderNow:
         )
         for row in sorted(rows, key=lambda row: place[row.identity])
     )
-    return OrderNow(
-        order=order,
-        number=state.number,
-        parts=parts,
-        state=state.state,
-        armed_parts=state.armed_parts,
-        version=state.version,
-    )
+    return filled_from(OrderNow, state, order=order, parts=parts)
 
 
 def step_now(row: Any) -> StepNow:
     """Makes a step from its row."""
-    kind, state = BlockKind(row.kind), StepState(row.state)
-    return StepNow(
-        no=row.no,
-        kind=kind,
-        state=state,
-        run=row.run,
-        program_sha256=row.program_sha256,
-        attempts=row.attempts,
-        version=row.version,
-    )
+    return filled_from(StepNow, row, kind=BlockKind(row.kind), state=StepState(row.state))
 
 
 def runs_of(reader: StoreReader, keys: Iterable[str]) -> RunsFacts:

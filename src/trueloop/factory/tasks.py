@@ -11,6 +11,7 @@ from typing import Any, Final
 
 from sqlalchemy import and_, or_, select, update
 
+from trueloop.described import filled_from
 from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.storage.engines import AWAY
@@ -132,16 +133,4 @@ def _until(now: datetime) -> str:
 
 def _task(row: Any) -> Task:
     problem, result = (None if one is None else json.loads(one) for one in (row.problem, row.result))
-    return Task(
-        id=row.id,
-        kind=row.kind,
-        subject=row.subject,
-        values=json.loads(row.document),
-        state=row.state,
-        progress=row.progress,
-        said=row.said,
-        tries=row.tries,
-        made_by=row.made_by,
-        problem=problem,
-        result=result,
-    )
+    return filled_from(Task, row, values=json.loads(row.document), problem=problem, result=result)

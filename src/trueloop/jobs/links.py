@@ -14,6 +14,7 @@ from trueloop.controllers.links.ftp import Ftp
 from trueloop.controllers.links.line import Line, framed
 from trueloop.controllers.links.link import Link, checked_name
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.described import filled_from
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.carry_out import carry_out
@@ -111,15 +112,7 @@ def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Op
     table = read_link(settings, name)
     passes = frozenset(Change(one) for one in table.passes)
     link, replaced = link_of(table, settings.parent, tell), settings.parent / table.replaced
-    return Opened(
-        name=name,
-        link=link,
-        passes=passes,
-        replaced=replaced,
-        tool_table=table.tool_table,
-        table_unit=table.table_unit,
-        dialect=table.dialect,
-    )
+    return filled_from(Opened, table, name=name, link=link, passes=passes, replaced=replaced)
 
 
 def link_of(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | Line:
@@ -131,32 +124,11 @@ def link_of(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link |
         reads = linuxcnc_reads(*own, table.tool_table) if table.tool_table else None
         return Folder(beside / table.folder, linuxcnc_busy(*own), reads)
     if isinstance(table, SerialTable):
-        return Line(
-            port=table.port,
-            baud=table.baud,
-            data_bits=table.data_bits,
-            parity=table.parity,
-            stop_bits=table.stop_bits,
-            flow=table.flow,
-            code=table.code,
-            line_end=table.line_end,
-            after_xoff=table.after_xoff,
-            silence_s=table.silence_s,
-            await_xon=table.await_xon,
-            tell=tell,
-        )
+        return filled_from(Line, table, tell=tell)
     if isinstance(table, FocasTable):
         increment = None if table.increment is None else Decimal(str(table.increment))
         library = beside / table.library
-        return Focas(
-            host=table.host,
-            library=library,
-            aside=table.aside,
-            port=table.port,
-            timeout_s=table.timeout_s,
-            increment=increment,
-            unit=table.table_unit,
-        )
+        return filled_from(Focas, table, library=library, increment=increment, unit=table.table_unit)
     address = (table.host, table.port, table.user, table.password_env, table.folder)
     return Ftp(*address, table.tls, table.timeout_s, beside / table.authority if table.authority else None)
 

@@ -11,7 +11,7 @@ from trueloop.domain.codec import Codec
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage.encoded import Encoded, Kept, encoded, insert_rows
 from trueloop.storage.kinds import Kind, joined, kind_of, searchable
-from trueloop.storage.reading import Query, found
+from trueloop.storage.reading import Query, found, kept
 from trueloop.storage.schema import ROWS, TABLES
 
 
@@ -38,7 +38,7 @@ class Keeping:
         equal = {row.id for row in rows if row.sha256 == content.columns["sha256"] or self._equal(kind, row.id, value)}
         same = _same([row for row in rows if row.id in equal], supersedes, copied=kept_at is not None)
         if same is not None:
-            return _kept(same, value)
+            return kept(same, value)
         self._check(kind, rows, supersedes)
         return self._inserted(kind, value, content, len(rows) + 1, supersedes, kept_at or datetime.now(UTC))
 
@@ -129,17 +129,3 @@ def _same(same: list[Row[Any]], supersedes: int | None, *, copied: bool) -> Row[
         return same[-1] if same else None
     wanted = [row for row in same if row.supersedes == supersedes or (row.id == supersedes and not row.superseded_by)]
     return wanted[-1] if wanted else None
-
-
-def _kept(row: Row[Any], value: Any) -> Kept[Any]:
-    at = datetime.fromisoformat(row.kept_at)
-    return Kept(
-        row=row.id,
-        value=value,
-        kept_at=at,
-        new=False,
-        superseded_by=row.superseded_by,
-        supersedes=row.supersedes,
-        by=row.kept_by,
-        why=row.reason,
-    )

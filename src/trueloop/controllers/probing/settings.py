@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from trueloop.described import filled_from
 from trueloop.formats.jobs.probe_toml import ProbeTable, ProgramTable
 from trueloop.geometry.feature import Point
 from trueloop.probing.probe_plan import ProbePlan
@@ -90,16 +91,12 @@ def _second(plan: ProbePlan) -> list[str]:
 
 def settings_of(part: str, table: ProgramTable, probe: ProbeTable) -> Settings:
     """Converts the tables [program] and [probe] of a probe file to settings."""
-    return Settings(
+    return filled_from(
+        Settings,
+        table,
         part=part,
         inch=table.unit == "inch",
         diameter=table.x_is == "diameter",
-        probe_feed_mm_per_min=table.probe_feed_mm_per_min,
-        position_feed_mm_per_min=table.position_feed_mm_per_min,
-        tool=table.tool,
-        work_offset=table.work_offset,
-        log=table.log,
-        program_number=table.program_number,
         probe_on=_lines(probe.on),
         probe_off=_lines(probe.off),
         orient=_lines(probe.orient),

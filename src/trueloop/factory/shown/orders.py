@@ -6,6 +6,7 @@ from typing import Any, Final, NamedTuple
 
 from sqlalchemy import JSON, cast, func, literal_column, or_, select, type_coerce
 
+from trueloop.described import filled_from
 from trueloop.domain.factory import BlockKind, PartState, StepState
 from trueloop.factory.load import StoreReader, order_of
 from trueloop.factory.roles import Role
@@ -94,17 +95,7 @@ def _row(order: _Head, state: str, counts: Mapping[tuple[str, str], int]) -> Ord
     parts = {of: count for (one, of), count in counts.items() if one == order.id}
     finished = sum(parts.get(one, 0) for one in FINISHED)
     held = parts.get(PartState.HELD.value, 0)
-    return OrderRow(
-        id=order.id,
-        part_type=order.part_type,
-        machine=order.machine,
-        quantity=sum(parts.values()),
-        finished=finished,
-        held=held,
-        state=state,
-        made_at=order.made_at,
-        made_by=order.made_by,
-    )
+    return filled_from(OrderRow, order, quantity=sum(parts.values()), finished=finished, held=held, state=state)
 
 
 MOST: Final = 100

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from sqlalchemy import Select, and_, bindparam, select
 
+from trueloop.described import filled_from
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.factory import PartState, Run, RunFact
 from trueloop.domain.inspection import Inspection, Reading
@@ -155,13 +156,9 @@ def _steps(reader: StoreReader, number: int) -> Iterator[StepView]:
         facts.setdefault(one.run, []).append(one)
     for step in steps:
         told = sorted(facts.get(step.run, []), key=lambda one: one.at)
-        yield StepView(
-            no=step.no,
-            kind=step.kind,
-            state=step.state,
-            attempts=step.attempts,
-            run=step.run,
-            program_sha256=step.program_sha256,
+        yield filled_from(
+            StepView,
+            step,
             sent_sha256=runs[step.run].sent_sha256 if step.run in runs else "",
             facts=tuple(FactView(one.what, one.at, one.witness, dict(one.values)) for one in told),
         )

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from sqlalchemy import select
 
+from trueloop.described import filled_from
 from trueloop.domain.part import Part
 from trueloop.domain.proposal import Effect, Proposal, ProposalDecision
 from trueloop.domain.record import MARK, Correction, Product, Program, ProgramText
@@ -149,13 +150,12 @@ def _view(
     offset = proposal.tool_offset
     u_mm = None if offset is None else offset.expanded_u_mm
     dx_u_mm, dz_u_mm = u_mm or (None, None)
-    return ProposalView(
-        id=proposal.id,
+    return filled_from(
+        ProposalView,
+        proposal,
         etag=state,
         changes=proposal.changes.value,
         part_type=proposal.part_type.name,
-        made_at=proposal.made_at,
-        made_by=proposal.made_by,
         state=state,
         effects=tuple(map(_effect, proposal.effects)),
         tool="" if offset is None else f"T{offset.tool}",
@@ -164,8 +164,6 @@ def _view(
         u_stated=u_mm is not None,
         dx_u_mm=dx_u_mm,
         dz_u_mm=dz_u_mm,
-        alarms=proposal.alarms,
-        why=proposal.why,
         refusal=_refusal(proposal, book, now) if state == "open" and book is not None else "",
         decided_by="" if decision is None else decision.who,
         decided_at=None if decision is None else decision.at,

@@ -8,6 +8,7 @@ from typing import Any, Final, TypeVar
 
 from sqlalchemy import ColumnElement, Select, bindparam, func, select
 
+from trueloop.described import filled_from
 from trueloop.domain.part import Part
 from trueloop.errors import Code
 from trueloop.factory.known import unknown
@@ -84,9 +85,7 @@ def events_after(store: Store, last: int, most: int = 200) -> tuple[EventView, .
 
 def event_view(row: Any) -> EventView:
     """Makes an event from its row."""
-    return EventView(
-        id=row.id, at=time(row.at), who=row.who, what=row.what, subject=row.subject, values=json.loads(row.document)
-    )
+    return filled_from(EventView, row, at=time(row.at), values=json.loads(row.document))
 
 
 def alarm_rows(
@@ -132,17 +131,7 @@ def last_transfers(reader: StoreReader) -> Mapping[str, TransferView]:
 
 def transfer_view(row: Any) -> TransferView:
     """Makes a transfer from its row."""
-    return TransferView(
-        id=row.id,
-        at=time(row.at),
-        who=row.who,
-        control=row.control,
-        program=row.name,
-        direction=row.direction,
-        sent_sha256=row.sent_sha256,
-        read_back_sha256=row.read_back_sha256,
-        outcome=row.outcome,
-    )
+    return filled_from(TransferView, row, at=time(row.at), program=row.name)
 
 
 def certificate_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = None) -> Page[CertificateRow]:

@@ -10,6 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
+from trueloop.described import filled_from
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.life import Ran
 from trueloop.domain.option import PageOptions
@@ -223,17 +224,8 @@ def _shown(job: Path, say: Texts) -> PartByHand:
         features=sheet.profile.names,
         tools=_tools(files),
         sizes=tuple(
-            SizeToMeasure(
-                number=number,
-                name=one.name,
-                quantity=one.quantity.value,
-                feature=one.feature,
-                other=one.other,
-                at_z_mm=one.at_z_mm,
-                nominal=one.nominal,
-                lower_limit=one.lower_limit,
-                upper_limit=one.upper_limit,
-                tolerance_name=tolerance_name(one),
+            filled_from(
+                SizeToMeasure, one, number=number, quantity=one.quantity.value, tolerance_name=tolerance_name(one)
             )
             for number, one in enumerate(sheet.planned, 1)
         ),
@@ -255,14 +247,7 @@ def _corrected(done: Done, say: Texts, files: tuple[FileMade, ...]) -> Corrected
         headline=headline(of, say),
         ways=tuple(_way(of, way, say) for way in ways_of(of)),
         features=tuple(
-            FeatureExpected(
-                feature=one.feature,
-                touches=one.figures.touches,
-                before_um=known(one.figures.before_worst_um),
-                expected_um=one.expected_um,
-                expanded_u_um=one.expanded_u_um,
-                correction=one.correction,
-            )
+            filled_from(FeatureExpected, one, touches=one.figures.touches, before_um=known(one.figures.before_worst_um))
             for one in feature_summaries(of, say)
         ),
         notes=tuple(say.note(words) for words in dict.fromkeys(decided)),

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from trueloop.described import filled_from
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code
 from trueloop.formats.jobs.profile_of_job import quoted
@@ -113,22 +114,16 @@ def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
             hint="give the values or the file of measurements, not both",
         )
     made = new_job(
-        Wanted(
+        filled_from(
+            Wanted,
+            part,
             program=program,
-            nose_radius_mm=part.nose_radius_mm,
             name=hand_job.name,
             folder=folder,
             drawing=folder / hand_job.drawing if hand_job.drawing else None,
-            dialect=part.dialect,
-            unit=part.unit,
-            tool=part.tool,
-            lines=part.lines,
-            parameters=part.parameters,
             measured_file=folder / hand_job.file if hand_job.file else None,
             side=Side(part.side),
             chosen=Chosen(part.outline, part.zero),
-            tip=part.tip,
-            accept_unknown_words=part.accept_unknown_words,
             stated={} if measured is None else _stated(folder, measured, hand_job),
             tolerances={} if measured is None else measured.tolerances,
         )

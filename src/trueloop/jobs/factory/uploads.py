@@ -13,6 +13,7 @@ from typing import Annotated, Final
 from pydantic import Field
 from sqlalchemy import delete, insert, select
 
+from trueloop.described import filled_from
 from trueloop.domain.factory import WorkOrder
 from trueloop.domain.inspection import Inspection
 from trueloop.errors import Code, Finding, Severity, TrueloopError
@@ -216,20 +217,7 @@ def _inspection(file: FileOnPart, inspection: OnPart) -> views.InspectionRead:
 
 
 def _value(row: ValueRow) -> views.ValueRead:
-    return views.ValueRead(
-        characteristic=row.characteristic,
-        quantity=row.quantity,
-        feature=row.feature,
-        by=row.by,
-        nominal=row.nominal,
-        actual=row.actual,
-        deviation=row.deviation,
-        lower_limit=row.lower_limit,
-        upper_limit=row.upper_limit,
-        within=row.within,
-        unit=row.unit,
-        reason=row.reason,
-    )
+    return filled_from(views.ValueRead, row)
 
 
 def _proposed(handed: HandedFile) -> str:

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from trueloop.arrays import Array
+from trueloop.described import filled_from
 from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Machine
@@ -80,16 +81,13 @@ def accept_model(
 
 def _value(model: MachineModel, version: Version, text: str) -> ModelVersion:
     """As the store has it."""
-    return ModelVersion(
+    return filled_from(
+        ModelVersion,
+        version,
         machine=Machine(model.machine.name, model.machine.serial),
         sha256=sha256_of(text.encode()),
         text=text,
-        parent_sha256=version.parent_sha256,
-        errors=version.errors,
-        reason=version.reason,
-        judged=version.judged,
         made_at=datetime.fromisoformat(version.made_at),
-        made_by=version.made_by,
     )
 
 

@@ -10,6 +10,7 @@ from os.path import relpath
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
+from trueloop.described import filled_from
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, in_file
@@ -225,12 +226,12 @@ def _said(wanted: Wanted, program: Program, drawn: PartDrawing, file: str) -> Ne
         return Path(relpath(path, wanted.folder))
 
     of = "" if wanted.drawing is None else drawing_key(wanted.drawing)
-    return NewJob(
-        name=wanted.name,
+    return filled_from(
+        NewJob,
+        wanted,
         profile=drawn.profile,
         dialect=program.dialect.name,
         finish=beside(wanted.program),
-        nose_radius_mm=wanted.nose_radius_mm,
         measured_key="readings" if wanted.measured == "gauge" else "touches",
         measured_file=file,
         notes=drawn.notes,
@@ -238,13 +239,6 @@ def _said(wanted: Wanted, program: Program, drawn: PartDrawing, file: str) -> Ne
         drawing=None if wanted.drawing is None else beside(wanted.drawing),
         drawing_key=of,
         chosen=wanted.chosen.keys(of),
-        tool=wanted.tool,
-        tip=wanted.tip,
-        unit=wanted.unit,
-        lines=wanted.lines,
-        parameters=wanted.parameters,
-        accept_unknown_words=wanted.accept_unknown_words,
-        stated=wanted.stated,
     )
 
 

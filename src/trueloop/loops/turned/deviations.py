@@ -7,6 +7,7 @@ The conditions of the semi-finish and of the finish cut: touched errors repeat a
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -32,16 +33,7 @@ def cut_errors(profile: Profile, vectors: ErrorVectors) -> CutErrors:
     Uncertainties are the touches' own; the reference has the one that all share.
     """
     at = _at(profile, vectors.feature_index, vectors.arc_length_mm, vectors.point)
-    errors = CutErrors(
-        feature=at.feature,
-        point=at.point,
-        contact_angle_rad=at.contact_angle_rad,
-        error_mm=vectors.error_mm,
-        standard_u_mm=vectors.own_u_mm,
-        z_mm=at.z_mm,
-        share=at.share,
-        group=at.group,
-    )
+    errors = replace(at, error_mm=vectors.error_mm, standard_u_mm=vectors.own_u_mm)
     reference = np.flatnonzero(vectors.at_reference)
     if not len(reference):
         return errors
@@ -70,33 +62,11 @@ def places_at(profile: Profile, index: NDArray[np.intp], arc_length_mm: Array, v
     own = _at(profile, touched.feature_index, touched.arc_length_mm, touched.point)
     pairs = zip(index, arc_length_mm, strict=True)
     normals = np.array([profile.features[i].outward_normal(float(x))[1] for i, x in pairs])
-    return CutErrors(
-        feature=at.feature,
-        point=at.point,
-        contact_angle_rad=at.contact_angle_rad,
-        error_mm=at.error_mm,
-        standard_u_mm=at.standard_u_mm,
-        z_mm=at.z_mm,
-        share=at.share,
-        group=at.group,
-        z_share=normals / touched.outward_normal[0, 1],
-        reference=own,
-    )
+    return replace(at, z_share=normals / touched.outward_normal[0, 1], reference=own)
 
 
 def _from(errors: CutErrors, vectors: ErrorVectors, reference: CutErrors) -> CutErrors:
-    return CutErrors(
-        feature=errors.feature,
-        point=errors.point,
-        contact_angle_rad=errors.contact_angle_rad,
-        error_mm=errors.error_mm,
-        standard_u_mm=errors.standard_u_mm,
-        z_mm=errors.z_mm,
-        share=errors.share,
-        group=errors.group,
-        z_share=vectors.z_share,
-        reference=reference,
-    )
+    return replace(errors, z_share=vectors.z_share, reference=reference)
 
 
 def _at(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array, points: tuple[str, ...]) -> CutErrors:

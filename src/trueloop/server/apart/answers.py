@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from trueloop.described import filled_from
 from trueloop.domain.codec import Codec
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.jobs.factory.imports import CODEC as READ
@@ -34,14 +35,7 @@ class Refusal:
     @classmethod
     def of(cls, error: TrueloopError) -> "Refusal":
         """Makes a refusal from an error."""
-        return cls(
-            code=error.code,
-            message=error.message,
-            hint=error.hint,
-            place=error.place,
-            override=error.override,
-            values=error.values,
-        )
+        return filled_from(cls, error)
 
     def error(self) -> TrueloopError:
         """Makes the error from the refusal."""

@@ -8,6 +8,7 @@ from typing import Any, Final, Literal
 
 from sqlalchemy import Row, insert, select, update
 
+from trueloop.described import filled_from
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity.who import Who, note
 from trueloop.storage.factory_tables import API_KEY, stamp
@@ -119,13 +120,4 @@ def _refused(what: str, hint: str) -> TrueloopError:
 def _row(row: Row[Any]) -> KeyRow:
     ended = None if row.ended_at is None else datetime.fromisoformat(row.ended_at)
     made, expires = datetime.fromisoformat(row.created_at), datetime.fromisoformat(row.expires_at)
-    return KeyRow(
-        id=row.id,
-        machine=row.machine,
-        name=row.name,
-        scope=row.scope,
-        made_by=row.made_by,
-        made_at=made,
-        expires_at=expires,
-        ended_at=ended,
-    )
+    return filled_from(KeyRow, row, made_at=made, expires_at=expires, ended_at=ended)

@@ -8,6 +8,7 @@ from fastapi import Request, Response
 from sqlalchemy import Row
 from starlette.concurrency import run_in_threadpool
 
+from trueloop.described import filled_from
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code
 from trueloop.server.guarded import By, Here, Service, router
@@ -58,14 +59,7 @@ class Mine:
 
 def me_of(who: Who) -> Me:
     """As the pages want it."""
-    return Me(
-        name=who.name,
-        display=who.display,
-        role=who.role,
-        language=who.language,
-        unit=who.unit,
-        expires_at=who.expires_at,
-    )
+    return filled_from(Me, who)
 
 
 def set_cookie(here: Service, response: Response, value: str) -> None:

@@ -12,6 +12,7 @@ from fastapi import Query, Response
 from fastapi.responses import PlainTextResponse
 from pydantic import TypeAdapter
 
+from trueloop.described import filled_from
 from trueloop.domain.factory import PartState
 from trueloop.domain.option import Language
 from trueloop.errors import Code, TrueloopError
@@ -89,16 +90,7 @@ class TaskView:
 
 def task_view(task: Task) -> TaskView:
     """Without what only workers need."""
-    return TaskView(
-        id=task.id,
-        kind=task.kind,
-        subject=task.subject,
-        state=task.state,
-        progress=task.progress,
-        said=task.said,
-        problem=task.problem,
-        result=task.result,
-    )
+    return filled_from(TaskView, task)
 
 
 T = TypeVar("T")
