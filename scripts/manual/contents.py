@@ -46,14 +46,14 @@ class Group:
 
 
 def groups(index: str | None = None) -> tuple[Group, ...]:
-    """The headings of the index with the pages below each."""
+    """Returns the headings of the index that have pages below them, with these."""
     found: list[tuple[str, list[Page]]] = []
     for line in (INDEX.read_text(encoding="utf-8") if index is None else index).splitlines():
         if heading := GROUP.match(line):
             found.append((heading[1], []))
         elif entry := ENTRY.match(line):
             found[-1][1].append(Page((INDEX.parent / entry[2]).resolve(), entry[1], entry[3] or ""))
-    return tuple(Group(title, tuple(pages)) for title, pages in found)
+    return tuple(Group(title, tuple(pages)) for title, pages in found if pages)
 
 
 def pages() -> tuple[Page, ...]:

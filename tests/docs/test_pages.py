@@ -88,13 +88,25 @@ def test_a_command_that_is_not_run_has_the_options_it_shows(snippet: Snippet) ->
 def unknown_in(words: list[str]) -> list[str]:
     """What of a command line no command of trueloop knows."""
     command: Any = typer.main.get_command(app)
-    while hasattr(command, "commands"):
+    while words and hasattr(command, "commands"):
         name, *words = words
         if name not in command.commands:
             return [name]
         command = command.commands[name]
     options = {name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)}
     return [word for word in words if re.match(r"--?[a-z]", word) and word.partition("=")[0] not in options]
+
+
+def test_every_command_that_a_sentence_names_is_one() -> None:
+    named = {
+        (page.source.name, words)
+        for page in pages()
+        for words in re.findall(r"`trueloop ([a-z][^`\n]*)`", page.text)
+        if page.source.name != "CHANGELOG.md"
+    }
+    assert len(named) > 200
+    texts = {"…", "offset"}  # a command left open; the comment of a tool table
+    assert [one for one in sorted(named) if set(unknown_in(one[1].split())) - texts] == []
 
 
 @pytest.mark.parametrize("snippet", of("toml"))

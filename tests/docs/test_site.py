@@ -75,7 +75,7 @@ def test_a_link_to_what_is_not_there_or_not_listed_is_refused(tmp_path: Path) ->
 
 
 def test_the_lists_are_read_as_they_are_written() -> None:
-    (found,) = groups("# Title\n\n## Turned parts\n\n- [The job file](job-file.md): every key\n")
+    (found,) = groups("# Title\n\n## Ways\n\nNone.\n\n## Turned parts\n\n- [The job file](job-file.md): every key\n")
     assert found.title == "Turned parts"
     assert found.pages == (Page(ROOT / "docs" / "job-file.md", "The job file", "every key"),)
 

@@ -73,7 +73,7 @@ function named(names, word) {
     const share = Math.min(whole.length, sought.length) / Math.max(whole.length, sought.length);
     if (sought.length >= 4 && whole.startsWith(sought)) best = Math.max(best, 12 + 20 * share);
     else if (whole.length >= 4 && sought.endsWith(whole)) best = Math.max(best, 14 + 24 * share);
-    else if (whole.length >= 4 && sought.startsWith(whole)) best = Math.max(best, 10 + 20 * share);
+    else if (whole.length >= 5 && sought.startsWith(whole)) best = Math.max(best, 10 + 20 * share);
     else if (parts.includes(sought)) best = Math.max(best, 8);
   }
   return best;
