@@ -1,6 +1,7 @@
 """Finished parts one after the other: each goes on with the series of the correction it names, or notes why not."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
@@ -100,6 +101,21 @@ def test_a_damaged_series_is_refused(tmp_path: Path, damage: object) -> None:
         correct(tmp_path, 3, SECOND, "contour", force(3))
     assert refused.value.code is Code.REC_KEY and "model.finished_parts" in refused.value.message
     assert refused.value.place is not None and not (tmp_path / "o3").exists()
+
+
+def test_a_part_of_a_series_is_judged_by_its_own_readings(tmp_path: Path) -> None:
+    """Ø30 ± 0.012 read at 30.010 and 30.014, standard 1 µm: out by 2 µm, more than 1.645 µm, whatever parts before it
+    were; the probability of a normal distribution two standard deviations inside.
+    """
+    asked = '[[part.characteristic]]\nname = "D30"\nquantity = "diameter"\nfeature = "cylinder-2"\ntolerance = "±0.012"'
+    part = "readings_u_um = 1\n" + asked
+    readings = ((0.036,) * 4, (0.008,) * 4, (0.010, 0.014, 0.012, 0.012))
+    done = [correct(tmp_path, k, each, "contour", force(k), part) for k, each in enumerate(readings, 1)][-1]
+    assert any("By 3 finished parts of this series" in note for note in done.correction.notes)
+    before = done.correction.characteristics[0].before
+    assert before is not None and before.verdict == "out"
+    assert (before.value, before.standard_u) == pytest.approx((30.014, 0.001), abs=1e-9)
+    assert before.probability_in is not None and before.probability_in <= 0.5 * math.erfc(2.0 / math.sqrt(2.0)) + 1e-9
 
 
 @pytest.mark.parametrize("stored", [False, True])

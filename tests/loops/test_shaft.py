@@ -270,7 +270,7 @@ def test_sizes_of_a_file_that_names_no_feature_are_judged_of_the_feature_that_th
         "Laenge 12": "shoulder-1",
     }
     before = judged["Durchmesser 44"].before
-    assert before is not None and before.verdict == "out" and before.value == pytest.approx(44.030, abs=1e-4)
+    assert before is not None and before.verdict == "out" and before.value == pytest.approx(44.030, abs=1e-9)
     assert [note for note in done.notes if "not judged" in note] == [
         "Durchmesser 99: of no feature of the part, not judged."
     ]
@@ -334,6 +334,22 @@ def test_the_radius_of_an_arc_and_a_length_between_two_faces_decide_too(tmp_path
     small = corrected(tmp_path / "3", FIFTEEN_TOO_LARGE + length.replace("68.040", "68.001"))
     assert small.decision.by_offset and small.decision.unmoved is not None and small.decision.unmoved.enough
     assert CODEC.from_json(CODEC.to_json(radius), Correction) == radius
+
+
+@pytest.mark.parametrize(("off_um", "enough"), [(0, True), (1, True), (12, False)])
+def test_the_datum_of_lengths_is_no_reading_of_how_they_scatter(tmp_path: Path, off_um: int, enough: bool) -> None:
+    """Two lengths from the end face to 2 µm, one off by d: p of χ² = (d/2)² with 2 degrees of freedom, exp(−d²/8). U of
+    the offset along X, and readings too vague for any, are those of the diameters.
+    """
+    lengths = f"shoulder-1,length,,12,,end-face,2,\nshoulder-2,length,,{80 + off_um / 1000:.3f},,end-face,2,\n"
+    without, done = (corrected(tmp_path / f"{k}", FIFTEEN_TOO_LARGE + rows) for k, rows in enumerate(("", lengths)))
+    assert done.decision.z.p_value == pytest.approx(np.exp(-(off_um**2) / 8.0), rel=1e-6)
+    assert done.decision.z.enough == done.decision.by_offset == enough and "at 2 touches" in done.decision.z.words
+    assert done.decision.x.expanded_u_mm == pytest.approx(without.decision.x.expanded_u_mm, rel=1e-6)
+    vague = (FIFTEEN_TOO_LARGE + lengths).replace(",1,\n", ",100,\n").replace(",2,\n", ",100,\n")
+    with pytest.raises(TrueloopError) as refused:
+        corrected(tmp_path / "vague", vague)
+    assert refused.value.code is Code.CMP_SCATTER
 
 
 def test_a_nominal_of_the_file_that_is_not_the_contours_is_named_with_both(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from tests.support.correction import example_inputs
 from trueloop.domain.characteristic import Characteristic, Judged, Quantity
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.turned.touches.error_vectors import Seen
 
 D1 = Characteristic("D1", Quantity.DIAMETER, "small-cylinder", 43.688, 43.668, 43.708)
 L1 = Characteristic("L1", Quantity.LENGTH, "step-face", 50.8, 50.78, 50.82, other="end-face")
@@ -136,6 +137,21 @@ def test_a_place_touched_twice_is_at_the_mean_of_both() -> None:
 
     assert one.before is not None
     assert one.before.value == pytest.approx(43.688 - 0.016 + 0.002, abs=1e-9)
+
+
+def test_a_length_that_was_read_is_as_it_was_read() -> None:
+    """13 µm too long to 2 µm, whatever its faces were touched at: 50.8 + 0.013, 7 µm inside its upper limit."""
+    inputs = finished(example_inputs("facetst"))
+    index = [inputs.profile.names.index(name) for name in (L1.feature, L1.other)]
+    faces = [inputs.profile.features[k] for k in index]
+    beyond = np.sign(faces[0].start_mm[1] - faces[1].start_mm[1])
+    weights = beyond * np.array([1.0, -1.0]) * [float(face.outward_normal(0.0)[1]) for face in faces]
+    places = tuple((k, 0.5 * face.length_mm, w) for k, face, w in zip(index, faces, weights.tolist(), strict=True))
+    read = replace(inputs.touches, seen=(Seen.at("L1", places, 0.013, 0.002),))
+    _, (one,) = judged(replace(inputs, touches=read), L1)
+
+    assert one.before is not None and one.before.verdict == "in"
+    assert (one.before.value, one.before.standard_u) == pytest.approx((50.813, 0.002), abs=1e-9)
 
 
 def test_between_touches_the_part_scatters_about_its_curve() -> None:

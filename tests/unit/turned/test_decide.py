@@ -56,6 +56,8 @@ def test_an_axis_that_no_touch_faces_stays() -> None:
     decision = decide(np.full(6, 0.02), NORMALS[:6], SIGMA_MM, 8, 1e-4, 1.0)
     assert decision.z.offset_mm == 0.0
     assert "no touch faces Z" in decision.z.words
+    own = decide(np.full(6, 0.02), NORMALS[:6], SIGMA_MM, 8, 1e-4, 1.0, cuts_zero=True)
+    assert own.z.enough and own.z.words.startswith("Z: it counts from a face that the tool itself cuts; an offset")
 
 
 def test_errors_below_the_control_resolution_never_change_the_contour() -> None:

@@ -9,6 +9,7 @@ out otherwise in the next cut than in the part that was measured, all that the l
 the face from which z counts.
 """
 
+import math
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +32,7 @@ from trueloop.nc.match.own_contour import OwnContour
 from trueloop.statistics import NORMAL_95
 from trueloop.tolerances.conformance import judge
 from trueloop.turned.characteristics.judging import Covariance, Places, judged, of_measured_part, of_next_cut
-from trueloop.turned.characteristics.measurand import Measurand, measurand
+from trueloop.turned.characteristics.measurand import Measurand, diameters_at, measurand
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.readings.sizes import is_face
@@ -44,11 +45,14 @@ TOUCHED_MM: Final = 0.05
 
 @dataclass(frozen=True)
 class Corrected:
-    """One correction's knowledge of the errors of the touched part and of the next one."""
+    """One correction's knowledge of the errors of the touched part and of the next one: `own` is the fit to that part's
+    measurements alone, `model` the one that corrects, which earlier parts may have told.
+    """
 
     inputs: Inputs
     matched: Commanded
     surface: Surface
+    own: ProfileErrorModel
     model: ProfileErrorModel
     decision: Decision
     shifts: Shifts
@@ -64,7 +68,20 @@ class Corrected:
         after = judged(characteristic, sizes, self._expected_mm(places), self._next_cut(places))
         if not self.inputs.measured_finished:
             return Judged(characteristic, None, after)
-        return Judged(characteristic, judged(characteristic, sizes, *self._measured(places)), after)
+        return Judged(characteristic, self._as_measured(characteristic, sizes), after)
+
+    def _as_measured(self, characteristic: Characteristic, sizes: Measurand) -> Judgement:
+        """Judges by a reading of the size itself; a diameter without a place where it was touched; else by the curve
+        of this part's measurements alone.
+        """
+        if (read := _read(characteristic, sizes, self.surface.touches)) is not None:
+            return read
+        touches, index = self.surface.touches, int(sizes.feature_index[0])
+        touched = np.flatnonzero((touches.feature_index == index) & (self.own.weight > 0.0))
+        if characteristic.quantity is Quantity.DIAMETER and characteristic.at_z_mm is None and len(touched):
+            sizes = diameters_at(index, self.inputs.profile.features[index], touches.arc_length_mm[touched])
+        places = Places(self.own, sizes.feature_index, sizes.arc_length_mm)
+        return judged(characteristic, sizes, *self._measured(places))
 
     @property
     def _touches(self) -> NDArray[np.intp]:
@@ -100,7 +117,7 @@ class Corrected:
     def _touched(self, places: Places) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Returns the places that were touched, and the touches there; those left out as bad are not used."""
         touches = self.surface.touches
-        same = np.equal.outer(places.feature_index, touches.feature_index) & (self.model.weight > 0.0)
+        same = np.equal.outer(places.feature_index, touches.feature_index) & (self.own.weight > 0.0)
         near = np.abs(np.subtract.outer(places.arc_length_mm, touches.arc_length_mm)) < TOUCHED_MM
         at, touch = np.nonzero(same & near)
         return at, touch
@@ -188,18 +205,33 @@ def _as_measured(profile: Profile, characteristic: Characteristic, vectors: Erro
     """Judges a length by its reading, else by what was measured of both its faces; None: of one of them nothing was."""
     count = np.bincount(vectors.feature_index, minlength=len(profile.features)).astype(np.intp)
     sizes = measurand(profile, characteristic, count)
-    value, variance, limits = float(sizes.nominal[0]), 0.0, (characteristic.lower_limit, characteristic.upper_limit)
-    faces = {*sizes.feature_index.tolist()}
-    if read := [one for one in vectors.seen if {*one.feature_index.tolist()} == faces]:
-        return judge(value + read[-1].value_mm, read[-1].standard_u_mm, None, *limits)
-    for feature in sorted(faces):
+    if (read := _read(characteristic, sizes, vectors)) is not None:
+        return read
+    value, variance = float(sizes.nominal[0]), 0.0
+    for feature in np.unique(sizes.feature_index).tolist():
         rows = vectors.of_feature(feature)
         if not len(rows):
             return None
         gain = float(np.sum(sizes.gains[0, sizes.feature_index == feature]))
         value += gain * float(np.mean(vectors.error_mm[rows]))
         variance += (gain * float(np.max(vectors.standard_u_mm[rows]))) ** 2
-    return judge(value, variance**0.5, None, *limits)
+    return judge(value, variance**0.5, None, characteristic.lower_limit, characteristic.upper_limit)
+
+
+def _read(characteristic: Characteristic, sizes: Measurand, vectors: ErrorVectors) -> Judgement | None:
+    """Judges a length, an angle or the radius of an arc by its latest reading; None: it was not read as such."""
+    quantity, features = characteristic.quantity, {*sizes.feature_index.tolist()}
+    unit, places = ("rad" if quantity is Quantity.ANGLE else "mm"), (1 if quantity is Quantity.LENGTH else 2)
+    own = [
+        one
+        for one in vectors.seen
+        if one.standard_u_mm > 0.0 and one.unit == unit and len(one.weight) >= places
+        if {*one.feature_index.tolist()} == features
+    ]
+    if not own or quantity not in (Quantity.LENGTH, Quantity.ANGLE, Quantity.RADIUS):
+        return None
+    off, u = (math.degrees(each) if unit == "rad" else each for each in (own[-1].value_mm, own[-1].standard_u_mm))
+    return judge(float(sizes.nominal[0]) + off, u, None, characteristic.lower_limit, characteristic.upper_limit)
 
 
 def _face(profile: Profile, vectors: ErrorVectors, setups: Sequence[Sequence[Share]]) -> _Face | None:

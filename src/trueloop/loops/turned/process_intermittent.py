@@ -96,7 +96,7 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
     inputs = _with_offset_in_force(inputs, matched)
     surface = _surface(inputs, machine)
     tools = contour_tools(inputs.program, matched, inputs.called is not None)
-    model, memory, finished = _error_model(inputs, matched, surface)
+    own, model, memory, finished = _error_model(inputs, matched, surface)
     decision = _decision(inputs, model, matched, tools.by(_asked(inputs)))
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
     paths = corrected_paths(inputs, matched, shifts, decision, machine)
@@ -116,7 +116,14 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
         prediction = replace(prediction, budget=prediction.budget.with_more(u_mm))
         of_machine = MachineShare(-composed.comp_mtg_mm, u_mm)
     judged = Corrected(
-        inputs=inputs, matched=matched, surface=surface, model=model, decision=decision, shifts=shifts, machine=machine
+        inputs=inputs,
+        matched=matched,
+        surface=surface,
+        own=own,
+        model=model,
+        decision=decision,
+        shifts=shifts,
+        machine=machine,
     ).characteristics()
     shares: tuple[FeatureSources, ...] = ()
     if sources:
@@ -258,23 +265,23 @@ def zero_in_machine(inputs: Inputs) -> Zero | None:
 
 def _error_model(
     inputs: Inputs, matched: Commanded, surface: Surface
-) -> tuple[ProfileErrorModel, FromMemory | None, tuple[ErrorVectors, ...]]:
-    """Returns the error curves of the touches without the shares of machine and programs; memory's share of them; and
-    the finished parts of the series, of which this is the last.
+) -> tuple[ProfileErrorModel, ProfileErrorModel, FromMemory | None, tuple[ErrorVectors, ...]]:
+    """Returns the error curves of the touches alone, without the shares of machine and programs; those to correct by;
+    memory's share of them; and the finished parts of the series, of which this is the last.
     """
     process, options = _of_process(inputs, matched, surface), inputs.options
-    model = fit_profile(inputs.profile, process, options, inputs.nose)
+    own = fit_profile(inputs.profile, process, options, inputs.nose)
     # A vague reading beside better ones counts by its weight; all of them vague are refused.
-    scatter_mm = min(model.scatter_mm, float(np.min(model.touch_sigma_mm(model.vectors))))
-    check_scatter(scatter_mm, options.limits, model.farthest_words)
+    read_sigma_mm = np.delete(own.touch_sigma_mm(own.vectors), z_zero(own.vectors))
+    scatter_mm = min(own.scatter_mm, float(np.min(read_sigma_mm, initial=np.inf)))
+    check_scatter(scatter_mm, options.limits, own.farthest_words)
     finished: tuple[ErrorVectors, ...] = ()
     if inputs.measured_finished:
-        remembered, memory, finished = next_finished(inputs, matched, model)
+        remembered, memory, finished = next_finished(inputs, matched, own)
     else:
-        remembered, memory = remembering(inputs, model)
-    if remembered is not None:
-        model = fit_profile(inputs.profile, process, options, inputs.nose, remembered)
-    return model, memory, finished
+        remembered, memory = remembering(inputs, own)
+    model = own if remembered is None else fit_profile(inputs.profile, process, options, inputs.nose, remembered)
+    return own, model, memory, finished
 
 
 def _earlier(inputs: Inputs, model: ProfileErrorModel, memory: FromMemory) -> tuple[Sequence[MadePart], MadePart]:
@@ -329,11 +336,14 @@ def _decided_on(
     weight, and of places along features that memory corrects; the positions and the correlation of touches that have
     some.
 
-    Three touches of an arc that earlier parts tell say little of whether an offset is enough; its curve does.
+    Three touches of an arc that earlier parts tell say little of whether an offset is enough; its curve does. What is
+    zero by definition, because z counts from there, says nothing of it.
     """
-    from_memory = [i for i, curve in enumerate(model.curves) if curve.from_memory]
+    zero = np.isin(np.arange(len(model.weight)), z_zero(model.vectors))
+    by_definition = np.setdiff1d(model.vectors.feature_index[zero], model.vectors.feature_index[~zero])
+    from_memory = [i for i, curve in enumerate(model.curves) if curve.from_memory and i not in by_definition]
     on_others = ~np.isin(model.vectors.feature_index, from_memory)
-    used = np.flatnonzero((model.weight > 0.0) & on_others)
+    used = np.flatnonzero((model.weight > 0.0) & on_others & ~zero)
     touched = model.vectors.chosen(used)
     errors, normals, sigmas = [touched.error_mm], [touched.outward_normal], [model.touch_sigma_mm(touched)]
     lowest = float(np.min(sigmas[0], initial=np.inf))

@@ -113,10 +113,16 @@ def _diameter(index: int, feature: Feature, asked: Characteristic, touches: int)
         s = feature.length_mm * np.linspace(EDGE, 1.0 - EDGE, max(touches, LEAST_PLACES))
     else:
         raise no_such(asked, "a diameter that changes along it has to have a place", "give at_z_mm")
-    normal_x = feature.outward_normal(s)[:, 0]
-    if np.any(np.abs(normal_x) < FACES):
+    if np.any(np.abs(feature.outward_normal(s)[:, 0]) < FACES):
         raise no_such(asked, "a surface that faces along z has no diameter to measure there", "ask for a length")
-    return Measurand(np.full(len(s), index), s, 2.0 * feature.point_mm(s)[:, 0], np.diag(2.0 / normal_x))
+    return diameters_at(index, feature, s)
+
+
+def diameters_at(index: int, feature: Feature, arc_length_mm: Array) -> Measurand:
+    """Returns the local diameters of a feature that does not face along z, at arc lengths (n,)."""
+    n, normal_x = len(arc_length_mm), feature.outward_normal(arc_length_mm)[:, 0]
+    diameter = 2.0 * feature.point_mm(arc_length_mm)[:, 0]
+    return Measurand(np.full(n, index), arc_length_mm, diameter, np.diag(2.0 / normal_x))
 
 
 def _length(

@@ -158,9 +158,10 @@ def decide(
     which the best offset counts.
     `common_u_mm` (standard) is what moves the next cut as a whole. `known`: all errors are expected values of the next
     cut, which do not scatter as touches do, and the contour carries the correction in any case: then an offset is
-    enough where it leaves no more than the control can resolve. U of an offset holds that, what the touches scatter
-    by, and where they deviate from any offset by more, that scatter: √(χ²/ν) of it (Birge). `cuts_zero`: z counts from
-    a face that this tool cuts: an offset along Z moves that face as well, changes no error, and is not fitted.
+    enough where it leaves no more than the control can resolve. Errors that are zero by definition are none of these:
+    they show no scatter. U of an offset holds that, what the touches scatter by, and where they deviate from any offset
+    by more, that scatter: √(χ²/ν) of it (Birge). `cuts_zero`: z counts from a face that this tool cuts: an offset along
+    Z moves that face as well, changes no error, and is not fitted.
     An offset is not determined, and stays, where the normals do not span its axis (`DETERMINED`), and where the touches
     leave it a standard uncertainty above `vague_mm`. What touches of that axis alone deviate by is tested all the same.
     """
@@ -188,7 +189,9 @@ def decide(
     how = degrees_of_freedom, resolution_mm, known
     x, z = (
         _decide_axis(
-            *(axis, left, sigma, informs[:, axis], 0.0 - weight * constants[axis], u_of[axis]), *(how, from_memory, by)
+            axis,
+            _Test.of(left[informs[:, axis]], sigma[informs[:, axis]], int(faces[axis]), *how),
+            *(0.0 - weight * constants[axis], u_of[axis], from_memory, by),
         )
         if determined[axis]
         else _undetermined(axis, float(u_mm[axis]), _Test.of(left[alone], sigma[alone], 0, *how), by)
@@ -260,17 +263,9 @@ class _Test:
 
 
 def _decide_axis(
-    axis: int,
-    left_mm: Array,
-    sigma_mm: Array,
-    informs: NDArray[np.bool_],
-    offset_mm: float,
-    expanded_u_mm: float | None,
-    how: tuple[float, float, bool],
-    from_memory: bool,
-    by: str,
+    axis: int, test: _Test, offset_mm: float, expanded_u_mm: float | None, from_memory: bool, by: str
 ) -> AxisDecision:
-    name, test = AXES[axis], _Test.of(left_mm[informs], sigma_mm[informs], 1, *how)
+    name = AXES[axis]
     if test.touches == 0:
         words = wording("{axis}: no touch faces {axis}; it stays as it is.", axis=name)
         return AxisDecision(
@@ -330,7 +325,13 @@ def _undetermined(axis: int, expanded_u_mm: float, test: _Test, by: str) -> Axis
 
 
 def _from_own_face(z: AxisDecision) -> AxisDecision:
-    """Returns the decision on Z where z counts from a face that the tool itself cuts."""
+    """Returns the decision on Z where z counts from a face that the tool itself cuts; no other may face Z."""
+    if math.isnan(z.p_value):
+        words = wording(
+            "Z: it counts from a face that the tool itself cuts; an offset along Z moves all it cuts, and stays as it "
+            "is."
+        )
+        return replace(z, words=words)
     words = wording(
         "{words} Z counts from a face that the tool itself cuts: an offset along Z moves both, and stays as it is.",
         words=z.words,
