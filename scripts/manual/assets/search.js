@@ -5,7 +5,7 @@ const LEFT_OUT = new Set(
   ("a an and or the of in to is are it be do does i my me on at by with from for as if can what how when where which why into " +
     "der die das den dem des ein eine einen einer und oder im am mit von vom für fur auf zu zum zur wie was ist sind wo man ich nach bei").split(" "),
 );
-const ENDINGS = /(ungen|ung|ings|ing|ions|ion|ed|en|er|ern|es|em|e|n|s)$/;
+const ENDINGS = ["ungen", "ings", "ions", "ung", "ing", "ion", "ern", "ed", "en", "er", "es", "em", "e", "n", "s"];
 const SHOWN = 40;
 // Pages that list names and changes: they have most words, and explain few.
 const LISTS = new Set(["http-api.html", "python-reference.html", "changelog.html", "contributing.html", "architecture.html"]);
@@ -17,7 +17,8 @@ const wordsIn = (text) => text.match(/[\p{L}\p{N}]+/gu) || [];
 // A word without its endings, English or German, an umlaut as its vowel: Fräser, Fräsern and fraesern are one.
 function stem(word) {
   let short = folded(word).replace(/([aou])e/g, "$1");
-  for (let next = short.replace(ENDINGS, ""); next !== short && next.length >= 4; next = short.replace(ENDINGS, "")) short = next;
+  const left = (ending) => short.length - ending.length - ending.startsWith("ion");
+  for (let next; (next = ENDINGS.find((ending) => short.endsWith(ending) && left(ending) >= 4)); ) short = short.slice(0, -next.length);
   return short;
 }
 
@@ -31,7 +32,7 @@ function wordsOf(query) {
 
 // Insertions, losses, changes and swaps of neighbours from one word to the other, up to the most.
 function distance(one, other, most) {
-  if (Math.abs(one.length - other.length) > most) return most + 1;
+  if (Math.abs(one.length - other.length) > most) return Infinity;
   let before = [];
   let last = Array.from({ length: other.length + 1 }, (_, at) => at);
   for (let i = 1; i <= one.length; i += 1) {
@@ -41,10 +42,10 @@ function distance(one, other, most) {
       row[j] = Math.min(last[j] + 1, row[j - 1] + 1, last[j - 1] + !same);
       if (i > 1 && j > 1 && one[i - 1] === other[j - 2] && one[i - 2] === other[j - 1]) row[j] = Math.min(row[j], before[j - 2] + 1);
     }
-    if (Math.min(...row) > most) return most + 1;
+    if (Math.min(...row) > most) return Infinity;
     [before, last] = [last, row];
   }
-  return last[other.length];
+  return last[other.length] > most ? Infinity : last[other.length];
 }
 
 // The word as typed where the manual has it, or its beginning; else the nearest word that it has.
@@ -57,7 +58,7 @@ function spelt(word) {
   let [best, least] = [word, most + 0.5];
   for (const [known, [weight, stems]] of VOCABULARY) {
     if (plain.length === 4 && letters(known) !== letters(plain)) continue;
-    const changes = Math.min(distance(plain, known, most), distance(short, stems, most));
+    const changes = Math.min(distance(plain, known, most), short.length >= 6 ? distance(short, stems, 1) : Infinity);
     const away = changes + (known[0] === plain[0] ? 0 : 0.4) - weight;
     if (changes <= most && away < least) [best, least] = [known, away];
   }
@@ -73,7 +74,7 @@ function named(names, word) {
     const share = Math.min(whole.length, sought.length) / Math.max(whole.length, sought.length);
     if (sought.length >= 4 && whole.startsWith(sought)) best = Math.max(best, 12 + 20 * share);
     else if (whole.length >= 4 && sought.endsWith(whole)) best = Math.max(best, 14 + 24 * share);
-    else if (whole.length >= 5 && sought.startsWith(whole)) best = Math.max(best, 10 + 20 * share);
+    else if (whole.length >= 4 && sought.startsWith(whole)) best = Math.max(best, 10 + 20 * share);
     else if (parts.includes(sought)) best = Math.max(best, 8);
   }
   return best;
