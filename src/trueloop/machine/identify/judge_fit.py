@@ -7,7 +7,7 @@ stands for a run of the other sign, 1000 for µm in a column of mm.
 The residuals of a model in readings it was not made from.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -26,7 +26,11 @@ from trueloop.units import MM_PER_INCH, UM_PER_MM, URAD_PER_RAD
 Rows = NDArray[np.bool_]
 
 SPARED = 1e-7
-"""The share of the information of all runs on some combination of terms that has to be left without one run."""
+"""The share of the information of all runs on a combination of terms that has to be left without one run for the others
+to determine it, and that a run has to have for them to predict it."""
+
+FEWEST_PREDICTED = 2
+"""Readings of a run, beside what the others do not determine, from which it is compared with them."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,7 @@ class Left:
 
     All without the runs' own zeros and slopes, where those are not known. `gain` is the slope of the readings on their
     prediction, `scaled_rms` what gain · prediction leaves of them; `chi2` the mean square of reading − model in units
-    of its variance, where that is known.
+    of its variance, where that is known, and `others_chi2` that of the other runs, with its degrees of freedom.
     """
 
     readings: int
@@ -45,6 +49,8 @@ class Left:
     gain: float
     scaled_rms: float
     chi2: float | None = None
+    others_chi2: float = np.inf
+    others_freedom: int = 0
 
 
 @dataclass(frozen=True)
@@ -89,9 +95,10 @@ def hold_out(
 ) -> tuple[HeldOut, ...]:
     """Predicts each run from all others, with the weights that readings have in `found`; nothing for a single run.
 
-    The readings of a run are taken out of the normal equations of all. Where the others cannot determine every term,
-    and for every run with `anew` (for models that are not linear, or choose), the model is fitted to them. Runs
-    without which that fails too are left out of the report.
+    The readings of a run are taken out of the normal equations of all. What the others do not determine, as a spindle's
+    growth by its only warm run, is taken out of the run, like its own zero: the rest of it is predicted. With `anew`
+    (for models that are not linear, or choose) the model is fitted to the others. Runs of which these determine nothing
+    are left out of the report.
     """
     runs = list(dict.fromkeys(readings.run))
     if len(runs) < 2:
@@ -100,8 +107,7 @@ def hold_out(
     judged = []
     for run in runs:
         own = np.array([name == run for name in readings.run])
-        left = predicted and predicted.without_rows(own, run)
-        judged.append(left or _refitted(readings, own, run, refit))
+        judged.append(predicted.without_rows(own, run) if predicted else _refitted(readings, own, run, refit))
     return tuple(left for left in judged if left)
 
 
@@ -135,20 +141,36 @@ class _Downdated:
         self.right = self.q.T @ self.values
 
     def without_rows(self, own: Rows, run: str) -> HeldOut | None:
-        """Returns the residuals of the rows `own` from the equations of all others; None where these do not determine
-        the model.
+        """Returns the residuals of the rows `own` from the equations of all others, without what these do not
+        determine; None where that is all.
         """
         q, values = self.q[own], self.values[own]
         strength, directions = np.linalg.eigh(np.eye(q.shape[1]) - q.T @ q)
-        if strength[0] < SPARED:
+        known = strength >= SPARED
+        unknown = q @ directions[:, ~known]
+        free = len(q) - int(np.linalg.matrix_rank(unknown)) if unknown.size else len(q)
+        seen = without(unknown, q @ directions[:, known])
+        if free < FEWEST_PREDICTED or float(np.sum(seen**2)) < SPARED:
             return None
+        directions, strength = directions[:, known], strength[known]
         solution = directions @ ((directions.T @ (self.right - q.T @ values)) / strength)
         rest = (values - q @ solution) / self.weight[own]
-        both = without(self.opened[own], np.column_stack([self.readings.reading[own], rest]))
-        # the variance of the deviation is I + q (I − qᵀq)⁻¹ qᵀ, its inverse I − q qᵀ; weights of outliers are left out
-        deviation = (values - q @ solution) / self.root[own]
-        along = q.T @ deviation
-        return _held(run, both, self.readings.is_angle[own], float(deviation @ deviation - along @ along) / len(q))
+        opened = np.hstack([self.opened[own], unknown / self.weight[own, None]])
+        both = without(opened, np.column_stack([self.readings.reading[own], rest]))
+        # The variance of the deviation is I + q S⁻¹ qᵀ; without what is unknown its inverse is I − q (S + qᵀq)⁻¹ qᵀ.
+        # Weights of outliers are left out.
+        deviation = without(unknown, (values - q @ solution) / self.root[own])
+        along = seen.T @ deviation
+        chi2 = float(deviation @ deviation - along @ np.linalg.solve(np.diag(strength) + seen.T @ seen, along))
+        held = _held(run, both, self.readings.is_angle[own], chi2 / free)
+        off = self.values[~own] - self.q[~own] @ solution
+        freedom = max(len(off) - int(np.count_nonzero(known)), 1)
+        others = float(off @ off) / freedom
+
+        def beside(left: Left | None) -> Left | None:
+            return left and replace(left, others_chi2=others, others_freedom=freedom)
+
+        return HeldOut(run, beside(held.length_mm), beside(held.angle_rad))
 
 
 def _left(raw: Array, rest: Array, chi2: float | None) -> Left | None:
@@ -274,9 +296,18 @@ def contradictions(judged: Judged, readings: Observations) -> tuple[Contradictio
     """Returns the runs that disagree with what the others predict of them, the least probable first; the least probable
     of all where the model as a whole leaves more than `LACK_OF_FIT` times the stated uncertainty.
 
-    A run is refused where its sign is the other, its slope is that of units mixed up, the prediction leaves more than
-    the readings themselves are, beyond chance, or where the readings differ by next to nothing of their uncertainty.
+    A run is refused where its slope on the prediction is not 1, the prediction leaves more than the readings themselves
+    are, beyond chance, or where the readings differ by next to nothing of their uncertainty.
     """
+    every = _by_improbability(judged, readings)
+    disagreeing = tuple(one for one, wrong in every if wrong)
+    if every and not disagreeing and _stated(readings) and judged[0].scatter > LACK_OF_FIT:
+        return (every[0][0],)
+    return disagreeing
+
+
+def _by_improbability(judged: Judged, readings: Observations) -> list[tuple[Contradiction, bool]]:
+    """Returns how each run lies off what the others predict, the least probable first, and whether it disagrees."""
     found, held = judged
     stated = _stated(readings)
     scatter2 = max(found.scatter, 1.0) ** 2 if stated else found.scatter**2
@@ -289,6 +320,9 @@ def contradictions(judged: Judged, readings: Observations) -> tuple[Contradictio
             chance = BY_CHANCE / (1 if told else len(held))
             limit = _by_chance(left.readings, found.degrees_of_freedom, chance) if told or worse else CONTRADICTS
             wrong = chi2 > (limit if stated else DIFFERS) * scatter2 and (worse or not np.isnan(gain))
+            if stated and not np.isnan(gain):  # the wrong run may be half of all readings, and make the scatter
+                limit = _by_chance(left.readings, left.others_freedom, BY_CHANCE / len(held))
+                wrong |= chi2 > max(limit, CONTRADICTS) * max(left.others_chi2, 1.0)
             u = _stated_u(readings, run.run, unit)
             small = left.readings >= FEWEST_OF_RUN and u * EXACTLY < left.raw < u * LEAST_SCATTER
             contradiction = Contradiction(
@@ -297,15 +331,12 @@ def contradictions(judged: Judged, readings: Observations) -> tuple[Contradictio
                 gain=gain,
                 rms=left.rms,
                 raw=left.raw,
-                refused=small or (wrong and (told or worse)),
+                refused=small or wrong,
                 standard_u=u if small else None,
             )
             every.append((-np.inf if small else -chi2, small or wrong, contradiction))
     every.sort(key=lambda entry: entry[0])
-    disagreeing = tuple(contradiction for _, wrong, contradiction in every if wrong)
-    if every and not disagreeing and stated and found.scatter > LACK_OF_FIT:
-        return (every[0][2],)
-    return disagreeing
+    return [(contradiction, wrong) for _, wrong, contradiction in every]
 
 
 def _by_chance(readings: int, degrees_of_freedom: int, chance: float) -> float:
@@ -339,7 +370,8 @@ def _mixed_units(gain: float) -> str:
 def require_agreement(
     judged: Judged, readings: Observations, refit: Callable[[Observations], Judged], accepted: Sequence[str] = ()
 ) -> tuple[Finding, ...]:
-    """Returns a warning for each run that disagrees with the others, as `contradictions`.
+    """Returns a warning for each run that disagrees, as `contradictions`, and for those that the others do not
+    predict.
 
     Raises MCH-RUN for runs of which no model is to be made, MCH-SCATTER where all readings scatter by less than a
     twentieth or more than a hundredfold of their stated uncertainty, unless the code is among the accepted. The runs
@@ -351,20 +383,39 @@ def require_agreement(
         raise _unlikely_scatter(found.scatter, len(readings))
     wrong = contradictions(judged, readings)
     if any(one.refused for one in wrong) and Code.MCH_RUN not in accepted:
-        raise _refusal(wrong, readings, refit)
+        raise _refusal(wrong, judged, readings, refit)
     if judgeable and found.scatter > MOST_SCATTER:  # one wrong run is better named than the scatter that it makes
         raise _unlikely_scatter(found.scatter, len(readings))
-    return tuple(
-        Finding(Severity.WARNING, Code.MCH_RUN, one.message, hint=one.hint, values={"runs": [one.run]}) for one in wrong
-    )
+    return (*(_warning(one.message, one.hint, [one.run]) for one in wrong), *_unchecked(judged[1], readings))
+
+
+def _warning(message: str, hint: str, runs: Sequence[str]) -> Finding:
+    return Finding(Severity.WARNING, Code.MCH_RUN, message, hint=hint, values={"runs": list(runs)})
+
+
+def _unchecked(held: Sequence[HeldOut], readings: Observations) -> Iterator[Finding]:
+    """Yields the warning of runs of which the others predict nothing."""
+    predicted = {one.run for one in held}
+    alone = [run for run in dict.fromkeys(map(str, readings.run)) if run not in predicted]
+    if alone:
+        names = ", ".join(map(repr, alone))
+        message = f"{len(alone)} of {len(predicted) + len(alone)} runs are not predicted by the others: {names}"
+        hint = "a wrong sign or unit in them would not be noticed: repeat each, in the same state of the machine"
+        yield _warning(message, hint, alone)
 
 
 def _refusal(
-    wrong: Sequence[Contradiction], readings: Observations, refit: Callable[[Observations], Judged]
+    wrong: Sequence[Contradiction], judged: Judged, readings: Observations, refit: Callable[[Observations], Judged]
 ) -> TrueloopError:
-    alone = [one for one in wrong[:TRIED] if _agrees(readings.only(np.array(readings.run) != one.run), refit)]
-    named = alone or [one for one in wrong if one.refused][:TRIED]
-    either = f"; one of these {len(alone)} runs is wrong, the others agree" if len(alone) > 1 else ""
+    """Names the runs without which all others agree; else all that disagree."""
+    least_probable = [one for one, _ in _by_improbability(judged, readings)]
+    suspects = {one.run: one for one in (*reversed(least_probable), *reversed(wrong))}
+    tried = list(reversed(suspects.values()))[:TRIED]
+    agree = {one.run: _agrees(readings.only(np.array(readings.run) != one.run), refit) for one in tried}
+    alone = [one for one in tried if agree[one.run] or (agree[one.run] is None and one in wrong)]
+    named = alone or list(wrong[:TRIED])
+    either = f"; one of these {len(named)} runs is wrong" if len(named) > 1 else ""
+    either += ", the others agree" if len(alone) > 1 and all(agree[one.run] for one in alone) else ""
     return Code.MCH_RUN.refusal(
         "; ".join(one.message for one in named),
         hint=named[0].hint + either,
@@ -373,12 +424,12 @@ def _refusal(
     )
 
 
-def _agrees(readings: Observations, refit: Callable[[Observations], Judged]) -> bool:
-    """Returns whether the readings make a model that no run contradicts."""
+def _agrees(readings: Observations, refit: Callable[[Observations], Judged]) -> bool | None:
+    """Returns whether the readings make a model that no run contradicts; None where they make none."""
     try:
         return not contradictions(refit(readings), readings)
     except TrueloopError:
-        return False
+        return None
 
 
 def _stated(readings: Observations) -> bool:
