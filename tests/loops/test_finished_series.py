@@ -13,12 +13,12 @@ from tests.loops.test_cut_with import FIRST, SECOND, correct
 from tests.support.cli import run
 from tests.support.profiles import polyline
 from trueloop.domain.inspection import Touch
+from trueloop.domain.option import MemoryUse
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.store.opened import Choice, Keeping
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
 from trueloop.loops.turned.finished_parts import _used
-from trueloop.memory.edge.state import Use
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
@@ -57,7 +57,7 @@ def kept_parts(done: Done) -> int:
 def test_each_use_of_a_series_has_its_own_record_and_none_loses_parts(tmp_path: Path) -> None:
     """The series corrects otherwise than its last part alone, and the id in the program names the correction."""
     series(tmp_path, 3)
-    job, uses = tmp_path / "j3.toml", get_args(Use)
+    job, uses = tmp_path / "j3.toml", get_args(MemoryUse)
     done = {use: compensate_and_keep(job, tmp_path / use, Keeping(db=False), memory=use) for use in uses}
     assert len({one.correction.record.id for one in done.values()}) == 4
     assert {use: kept_parts(one) for use, one in done.items()} == dict.fromkeys(done, 3)

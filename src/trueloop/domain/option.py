@@ -99,6 +99,7 @@ def outside(key: str, value: Any) -> Any:
 
 Language: TypeAlias = Literal["en", "de"]
 LengthUnit: TypeAlias = Literal["mm", "inch"]
+MemoryUse: TypeAlias = Literal["on", "bands", "frozen", "off"]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any, Final
 from trueloop.described import filled_from
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.life import Ran
-from trueloop.domain.option import PageOptions
+from trueloop.domain.option import MemoryUse, PageOptions
 from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.views.by_hand import (
@@ -42,7 +42,6 @@ from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.new import gauge_sheet_of
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.in_force import keeps_wear
-from trueloop.memory.edge.state import Use
 from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.called import CalledOffset, called
 from trueloop.nc.program.dialect import DIALECTS
@@ -73,7 +72,7 @@ QUESTIONS: Final[Mapping[Code, About]] = {
 OUT: Final = "out"
 OWN: Final = (OUT, JOB, SHEET, MAPPING, "sheet.html")
 """Names in the folder of a job that no file of a person has there."""
-ALONE: Final[Use] = "off"
+ALONE: Final[MemoryUse] = "off"
 """How earlier parts take part in the correction of one without a serial number: it may be one of them."""
 
 

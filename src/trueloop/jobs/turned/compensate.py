@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from trueloop.domain.option import Language, LengthUnit, PageOptions
+from trueloop.domain.option import Language, LengthUnit, MemoryUse, PageOptions
 from trueloop.errors import Code
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
@@ -17,7 +17,6 @@ from trueloop.jobs.turned.shares import require_edges_named, stored_inputs
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.part import PartCorrection, correct_part
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.memory.edge.state import Use
 from trueloop.nc.match.own_contour import OwnContour
 
 if TYPE_CHECKING:
@@ -155,7 +154,7 @@ def compensate_and_keep(
     language: Language | None = None,
     unit: LengthUnit | None = None,
     pdf: bool = False,
-    memory: Use | None = None,
+    memory: MemoryUse | None = None,
 ) -> Done:
     """Corrects a job, keeps that in a store and writes its files.
 
@@ -186,7 +185,7 @@ def corrected_into(
     *,
     page: PageOptions,
     pdf: bool = False,
-    memory: Use | None = None,
+    memory: MemoryUse | None = None,
 ) -> Done:
     """Corrects a job as read, with what an open store knows, and writes its files into a folder.
 
@@ -205,7 +204,7 @@ def corrected_part(files: JobFiles) -> PartCorrection:
     return _corrected(read_cuts(files), None, None)
 
 
-def _corrected(cuts: ReadCuts, store: "Store | None", memory: Use | None) -> PartCorrection:
+def _corrected(cuts: ReadCuts, store: "Store | None", memory: MemoryUse | None) -> PartCorrection:
     """With what a store knows of each edge."""
     profile, measured = cuts.read.profile, cuts.measured
 
@@ -238,20 +237,20 @@ class Corrected:
     correction: Correction
 
 
-def correct_job(job: FilePath, keeping: Keeping, memory: Use | None = None) -> Corrected:
+def correct_job(job: FilePath, keeping: Keeping, memory: MemoryUse | None = None) -> Corrected:
     """Computes the correction of a job; nothing is kept or written. Raises what reading and correcting refuse."""
     read = read_job(job, serial=keeping.serial)
     beside: Beside = "used" if any(one.part.serial for one in read.inputs.inspections) else "unused"
     return corrected_of(read, store_of(Path(job).parent, keeping.db, read.store_db, beside), memory)
 
 
-def corrected_of(read: ReadJob, store: "Store | None", memory: Use | None = None) -> Corrected:
+def corrected_of(read: ReadJob, store: "Store | None", memory: MemoryUse | None = None) -> Corrected:
     """Computes the correction of a job that was read, with what a store knows. Raises what correcting refuses."""
     inputs = with_memory(store, read.inputs, memory)
     return Corrected(read, store, inputs, compensate(inputs))
 
 
-def with_memory(store: "Store | None", inputs: Inputs, memory: Use | None) -> Inputs:
+def with_memory(store: "Store | None", inputs: Inputs, memory: MemoryUse | None) -> Inputs:
     """Returns the inputs with the store's knowledge of part and edge; `memory` replaces the job's choice."""
     if memory is not None:
         inputs = replace(inputs, memory=replace(inputs.memory, memory=memory))

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array, by_content
+from trueloop.domain.option import MemoryUse
 from trueloop.domain.tool import Edge
 from trueloop.geometry.profile import Profile
-from trueloop.memory.edge.state import Use
 from trueloop.memory.expected import Expected
 from trueloop.statistics import rms
 from trueloop.wording import wording
@@ -28,7 +28,7 @@ class FromMemory:
     """
 
     edge: str
-    use: Use
+    use: MemoryUse
     applied: bool
     features: tuple[int, ...] = ()
     points: tuple[str, ...] = ()

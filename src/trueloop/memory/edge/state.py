@@ -3,20 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import radians
-from typing import Annotated, Final, Literal, TypeAlias
+from typing import Annotated, Final
 
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.domain.option import Option
+from trueloop.domain.option import MemoryUse, Option
 from trueloop.estimate.catalogue import turned_catalogue
 from trueloop.estimate.places import Observed, Places, joined
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Sizes
 from trueloop.memory.made_part import CutErrors, MadePart
-
-Use: TypeAlias = Literal["on", "bands", "frozen", "off"]
 
 
 @dataclass(frozen=True)
@@ -29,7 +27,7 @@ class MemoryOptions:
     """
 
     memory: Annotated[
-        Use,
+        MemoryUse,
         Option(
             "memory.use",
             '`"on"`; `"bands"`: the correction is the fit of today\'s touches, earlier parts give only the band; '
