@@ -5,20 +5,13 @@ Which store a command works with: the one that it names, the job's, or the one b
 How a command keeps what it found, and what it says where that goes wrong.
 """
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Final
-
-from trueloop.errors import Code, TrueloopError
-from trueloop.storage.reading import shown
-
-if TYPE_CHECKING:
-    from trueloop.storage.store import Store
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal
 
-from trueloop.errors import Finding, Severity
+from trueloop.errors import Code, Finding, Severity, TrueloopError
 
 if TYPE_CHECKING:
     from trueloop.jobs.store.keep_facts import KeptFacts
@@ -127,6 +120,7 @@ def _place(db: Choice) -> str:
 def migrated(db: str | None) -> tuple[str, str, str]:
     """Brings a store to today's schema: which it had, which it has, and its name. Raises STO errors."""
     from trueloop.storage.engines import engine_of, understood, url_of
+    from trueloop.storage.reading import shown
     from trueloop.storage.schema import schema_of
     from trueloop.storage.store import open_store
 
@@ -160,6 +154,7 @@ def require_nothing(path: Path) -> None:
 
 
 def _require_no_store(url: str) -> None:
+    from trueloop.storage.reading import shown
     from trueloop.storage.store import open_store
 
     try:
