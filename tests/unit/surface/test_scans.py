@@ -153,6 +153,7 @@ def test_columns_of_text_are_found(tmp_path: Path, name: str, form: str) -> None
         ("X,Y,Z [inch]\n1,2,3\n", Code.SRF_UNIT, 1),
         ("X [mm],Y [inch],Z [mm]\n1,2,3\n", Code.SRF_UNIT, 1),
         ("// X in Y in Z in\n1 2 3\n", Code.SRF_UNIT, 1),
+        ("# unit: inch\n1 2 3\n4 5 6\n", Code.SRF_UNIT, 1),
     ],
 )
 def test_a_cloud_that_cannot_be_read_is_refused_with_its_line(
@@ -180,6 +181,20 @@ def test_stated_columns_overrule_headings_and_what_may_count_the_points(tmp_path
     with pytest.raises(TrueloopError) as caught:
         read_scan(tmp_path / "part.txt", 1.0, [2, 3, 7])
     assert caught.value.code is Code.SRF_FILE
+
+
+@pytest.mark.parametrize(
+    ("text", "mm"),
+    [
+        ("X (m);Y (m);Z (m)\n0,001;0,002;0,003\n", 1.0),
+        ("# unit: inch\nx y z\n1 2 3\n", 25.4),
+        ("# Units: mm\n1 2 3\n", 1.0),
+    ],
+)
+def test_the_unit_that_a_cloud_states_is_its_unit(tmp_path: Path, text: str, mm: float) -> None:
+    path = tmp_path / "cloud.txt"
+    path.write_text(text)
+    np.testing.assert_allclose(read_scan(path, None).points_mm, [[mm, 2 * mm, 3 * mm]])
 
 
 @pytest.mark.parametrize("heading", ["# x [in] y [in] z [in]", "A [in];B [in];C [in];D [in];E [in];F [in]"])

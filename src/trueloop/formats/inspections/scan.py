@@ -27,9 +27,11 @@ from trueloop.formats.inspections.tables.headings import (
     plain,
     unit_in_heading,
     unit_named,
+    unit_stated_in,
     without_unit,
 )
 from trueloop.formats.measurements.rows import MOST, number_of
+from trueloop.units import MM_PER_INCH
 
 MESHES: Final = frozenset((".stl", ".ply", ".obj"))
 SEPARATORS: Final = (";", "\t", ",", None)
@@ -180,7 +182,18 @@ def _cloud(path: Path, mm_per_unit: float | None, columns: Sequence[int] | None)
     where = (
         _columns(path, headings, rows, separator, first + 1) if columns is None else [column - 1 for column in columns]
     )
-    factor = _factor(path, headings, where[: len(POINT)], len(rows[0]), mm_per_unit)
+    units = {number: unit for number, line in enumerate(lines[:first], 1) if (unit := _stated_above(line))}
+    factors = set(units.values())
+    if len(factors | ({mm_per_unit} if mm_per_unit and factors else set())) > 1:
+        job = "" if mm_per_unit is None else f", the job {mm_per_unit:g}"
+        raise Code.SRF_UNIT.refusal(
+            f"lines above the data of {path.name!r} state {', '.join(f'{one:g}' for one in factors)} mm a unit{job}",
+            hint="correct gauging.unit in the job, or the file",
+            place=Place(str(path), max(units)),
+            values={"part": path.stem},
+        )
+    stated = mm_per_unit or next(iter(factors), None)
+    factor = _factor(path, headings, where[: len(POINT)], len(rows[0]), stated)
     values = _values(path, kept, separator, where)
     normal = None
     if len(where) > len(POINT):
@@ -190,6 +203,12 @@ def _cloud(path: Path, mm_per_unit: float | None, columns: Sequence[int] | None)
     decimals = max(len(cell.partition(".")[2]) for cell in cells)
     rounding_mm = 0.5 * 10.0**-decimals * len(POINT) ** 0.5 * factor
     return Scan(values[:, :3] * factor, normal, np.array([k for k, _ in kept]), rounding_mm)
+
+
+def _stated_above(line: str) -> float | None:
+    """Returns mm per unit where a line that is marked as a comment states the unit of all lengths."""
+    unit = unit_stated_in(line) if MARKS.match(line) else None
+    return {"mm": 1.0, "inch": MM_PER_INCH, None: None}[unit]
 
 
 @dataclass(frozen=True)

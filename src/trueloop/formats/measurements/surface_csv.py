@@ -93,7 +93,10 @@ def pattern_to_json(pattern: Pattern) -> bytes:
 
 COORDINATES: Final = ("x_mm", "y_mm", "z_mm")
 GRID: Final = ("row", "column")
-HINT: Final = "the first line names the columns: x_mm,y_mm,z_mm and, for a grid, row,column; lengths in mm"
+HINT: Final = (
+    "the first line names the columns: x_mm,y_mm,z_mm and, for a grid, row,column; lengths in mm; "
+    "a scan has a line a point"
+)
 KIND: Final = CsvKind(Code.SRF_FILE, Code.SRF_FILE, Code.SRF_FILE, HINT, any_case=True)
 MOST_LINES: Final = 100_000
 

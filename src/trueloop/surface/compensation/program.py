@@ -233,7 +233,7 @@ def corrected_program(
 def _check(program: Program, path: ToolPath, samples: Samples) -> None:
     cutting = samples.cutting_moves
     if not len(cutting):
-        hint = "look at frame, tool radius and face"
+        hint = "look at program.zero_mm, tool radius and face, and whether the program leaves an allowance on"
         raise Code.SRF_PROGRAM.refusal("0 moves of the program come near the surface", hint=hint)
     compensated = path.compensation[cutting] != NO_COMPENSATION
     arcs, lines = path.motion[cutting] == Motion.ARC, "have the finish pass, and the way in and out, written as lines"

@@ -13,6 +13,7 @@ from trueloop.formats.inspections.measured_file import Unit
 LENGTH_MM: Final = {
     **dict.fromkeys(("mm", "millimeter", "millimetre", "millimeters", "millimetres"), 1.0),
     **dict.fromkeys(("cm",), 10.0),
+    **dict.fromkeys(("m", "meter", "metre", "meters", "metres"), 1000.0),
     **dict.fromkeys(("μm", "um", "micron", "microns", "mikrometer", "micrometer", "mikron"), 0.001),
     **dict.fromkeys(("in", "inch", "inches", "zoll", '"', "in."), 25.4),
     **dict.fromkeys(("mil", "thou"), 0.0254),
@@ -50,7 +51,9 @@ def unit_in_heading(heading: str) -> str:
             return unit
     last = TRAILING.search(heading)
     name = unit_named(last[1]) if last else ""
-    return "" if name in ("c", "f", "in") and not re.search(r"[_/]\S+$|\bin\s+\S+$", heading, re.IGNORECASE) else name
+    return (
+        "" if name in ("c", "f", "in", "m") and not re.search(r"[_/]\S+$|\bin\s+\S+$", heading, re.IGNORECASE) else name
+    )
 
 
 def without_unit(heading: str) -> str:
