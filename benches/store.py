@@ -23,8 +23,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.domain.values import CODEC
 from trueloop.storage.integrity import damage
-from trueloop.storage.life import life
-from trueloop.storage.store import Store, find, keep, open_store
+from trueloop.storage.store import Store, find, keep, life, open_store
 
 AT: Final = datetime(2026, 1, 2, tzinfo=UTC)
 TYPE: Final = PartType("shaft", "B", "C45")

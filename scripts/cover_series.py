@@ -16,7 +16,7 @@ import numpy as np
 from trueloop.errors import Finding
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import StatedFacts
-from trueloop.loops.post_process.flags import usable
+from trueloop.loops.post_process.decide import usable
 from trueloop.loops.post_process.series import PartSeen, series_of
 from trueloop.loops.post_process.tracked import RULES, Replay, replay
 from trueloop.units import UM_PER_MM

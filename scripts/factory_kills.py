@@ -27,7 +27,7 @@ from trueloop.factory.carry_out import carry_out
 from trueloop.factory.decisions.runs import state_of
 from trueloop.factory.known import OrderNow
 from trueloop.factory.load import StoreReader, order_of, runs_of
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, Role
 from trueloop.storage.integrity import damage
 from trueloop.storage.store import Store, find, keep, open_store
 

@@ -14,8 +14,7 @@ import numpy as np
 
 from scripts.nist_parts import parts
 from trueloop.statistics import rms
-from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
-from trueloop.turned.fit.nose_model import NoseModel, NoseTouches
+from trueloop.turned.fit.nose_fit import NoseModel, NoseTouches, fit_nose_model, nose_touches
 from trueloop.turned.touches.touches import Gauging, error_vectors
 from trueloop.units import UM_PER_MM
 
@@ -31,7 +30,7 @@ PLACES: Final[dict[str, tuple[int, ...]]] = {
 HEAD: Final = """# One nose, many parts
 
 A worn tool nose errs where it is worn: the part error depends on the contact angle φ, the direction of the surface's
-normal from the spindle axis (0° an end face, 90° a cylinder). `turned/fit/nose_model.py` takes it apart:
+normal from the spindle axis (0° an end face, 90° a cylinder). `turned/fit/nose_fit.py` takes it apart:
 
 ```text
 e = w(φ) + dX·sin φ + dZ·cos φ + what is left on a straight feature

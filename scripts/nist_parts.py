@@ -25,7 +25,7 @@ from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.offset import contour_from_centre_path, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
+from trueloop.probing.probe_plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 EXAMPLES: Final = Path(__file__).parents[1] / "examples"

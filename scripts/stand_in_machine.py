@@ -17,10 +17,9 @@ from multiprocessing.connection import Listener
 from pathlib import Path
 from typing import Any, Final
 
-from trueloop.controllers.linuxcnc.cell.client import Client, Pace
+from trueloop.controllers.linuxcnc.cell.client import Client, Pace, Service
 from trueloop.controllers.linuxcnc.cell.decide import ControlNow, Doing, Patience
 from trueloop.controllers.linuxcnc.cell.journal import Journal
-from trueloop.controllers.linuxcnc.cell.service import Service
 from trueloop.domain.factory import BlockKind
 from trueloop.errors import Code
 from trueloop.nc.witness import LOG_FILE

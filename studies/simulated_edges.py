@@ -17,7 +17,7 @@ from trueloop.geometry.profile import Side
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part import SetupCorrection, SetupCuts, correct_setup
-from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.match.cutters import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program

@@ -72,6 +72,6 @@ from trueloop.report.turned.figures.curves import error_curve as error_curve
 from trueloop.report.machine.page import term_figure as term_figure
 from trueloop.report.machine.page import residual_figure as residual_figure
 from trueloop.report.surface.page import maps_picture as maps_picture
-from trueloop.report.notebook import shown as shown
+from trueloop.report.style import shown as shown
 
 __version__: str

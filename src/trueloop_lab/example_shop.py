@@ -11,7 +11,7 @@ from trueloop.factory import requests
 from trueloop.factory.book import read_book
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import Offer
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, Role
 from trueloop.formats.examples import copy_example, example
 from trueloop.formats.input_file import read_program
 from trueloop.formats.inspections.measured_file import StatedFacts

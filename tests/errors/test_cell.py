@@ -5,9 +5,8 @@ from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from trueloop.controllers.linuxcnc.cell.client import require_own
+from trueloop.controllers.linuxcnc.cell.client import Offered, Service, require_own
 from trueloop.controllers.linuxcnc.cell.journal import Entry, read
-from trueloop.controllers.linuxcnc.cell.service import Offered, Service
 from trueloop.errors import Code
 from trueloop.formats.cell_toml import read_cell
 from trueloop.nc.witness import witnessed

@@ -13,8 +13,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.cuts import cutters_of
 from trueloop.nc.match.contour import contour_of_program
-from trueloop.nc.match.cutters import cutters
-from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.match.cutters import CuttingEdge, cutters
 from trueloop.nc.match.matching import match_contour
 from trueloop.nc.program.along import feed_moves, nose_centre_moves
 from trueloop.nc.program.called import CalledOffset

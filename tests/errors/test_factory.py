@@ -9,7 +9,7 @@ from tests.support.factory import CELL, OPERATOR, PLAN, SERVICE, VIEWER, Shop
 from trueloop.domain.factory import Conditions, FactKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, Role
 from trueloop.storage.store import open_store
 
 

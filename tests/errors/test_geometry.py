@@ -19,7 +19,7 @@ from trueloop.geometry.feature import Arc, Line, Point
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.probing.plan import Spacing, equally_spaced
+from trueloop.probing.probe_plan import Spacing, equally_spaced
 
 A, B, C, D = (10.0, 0.0), (10.0, 5.0), (8.0, 5.0), (8.0, 9.0)
 

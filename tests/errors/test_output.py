@@ -9,8 +9,8 @@ from pathlib import Path
 
 from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
-from trueloop.report.notebook import shown
 from trueloop.report.pdf import as_pdf
+from trueloop.report.style import shown
 
 
 def _over_an_input() -> None:

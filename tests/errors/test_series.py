@@ -16,8 +16,7 @@ from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.factory.book import Book, inspected_again
 from trueloop.jobs.series import Adding, add_files, proposal_named, tools_of_job
-from trueloop.loops.post_process.decide import OVERRIDES, decide
-from trueloop.loops.post_process.flags import few_findings, usable
+from trueloop.loops.post_process.decide import OVERRIDES, decide, few_findings, usable
 from trueloop.loops.post_process.propose import ProposalContext, proposals_of, tool_proposals
 from trueloop.loops.post_process.series import PartSeen, SeriesOptions, When, parts_in_order, series_of
 from trueloop.loops.post_process.tracked import TrackedSeries

@@ -15,7 +15,7 @@ from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import outcomes
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.page import page
-from trueloop.turned.error_curve.budget import Budget, joined
+from trueloop.turned.error_curve.curve import Budget, joined
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.units import UM_PER_MM
 

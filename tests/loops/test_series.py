@@ -13,8 +13,7 @@ from trueloop.domain.proposal import Proposal, ProposalClass
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.post_process.decide import decide
-from trueloop.loops.post_process.flags import usable
+from trueloop.loops.post_process.decide import decide, usable
 from trueloop.loops.post_process.propose import ProposalContext, effect_of, fitted_offset, moved_by_offset, proposals_of
 from trueloop.loops.post_process.series import (
     ADJUSTS,
@@ -30,7 +29,7 @@ from trueloop.loops.post_process.series import (
     stage_of,
 )
 from trueloop.loops.post_process.tracked import capability, replay, tracked
-from trueloop.memory.level.whitening import REDUCED
+from trueloop.memory.level.kalman import REDUCED
 from trueloop_lab.loops.series import CYLINDER, simulate
 from trueloop_lab.simulator.series import Shop, draw
 

@@ -15,7 +15,7 @@ from trueloop.formats.record_file import read_record
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.loops.turned.stored import CODEC
+from trueloop.loops.turned.provenance import CODEC
 from trueloop.nc.program.program import read_program
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

@@ -18,7 +18,7 @@ from trueloop.loops.turned.commanded import commanded
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.paths import Paths
 from trueloop.loops.turned.process_intermittent import compensate, writing
-from trueloop.loops.turned.stored import CODEC, enveloped
+from trueloop.loops.turned.provenance import CODEC, enveloped
 from trueloop.loops.turned.written import write_contour
 
 

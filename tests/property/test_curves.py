@@ -14,7 +14,7 @@ from trueloop.geometry.curve_fit import spline_of
 from trueloop.geometry.curve_kinds import b_spline
 from trueloop.geometry.feature import Line
 from trueloop.geometry.intersection import intersections
-from trueloop.loops.turned.stored import CODEC
+from trueloop.loops.turned.provenance import CODEC
 
 SHARES = st.floats(0.0, 1.0)
 

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trueloop.arrays import Array
-from trueloop.formats.cad.dxf_crossings import all_crossings
-from trueloop.formats.cad.dxf_edges import Edges
+from trueloop.formats.cad.dxf_edges import Edges, all_crossings
 from trueloop.geometry.curve_kinds import b_spline
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.intersection import intersections

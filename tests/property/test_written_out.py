@@ -13,9 +13,8 @@ from tests.support.linuxcnc import interpret
 from tests.support.nc_judge import assert_same_moves, leading_somewhere
 from tests.support.plain_moves import plain_program
 from trueloop.arrays import Array
-from trueloop.nc.edit.changes import composed
+from trueloop.nc.edit.changes import composed, is_shaped
 from trueloop.nc.edit.edit import Edit, apply_edits
-from trueloop.nc.edit.shape_words import is_shaped
 from trueloop.nc.expand.expand import WrittenOut, written_out
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program, read_program

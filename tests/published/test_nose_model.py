@@ -23,8 +23,7 @@ from tests.support.nist_errors import nist_parts, semifinish
 from tests.support.touched import chosen
 from trueloop.statistics import rms
 from trueloop.turned.error_curve.fit_profile import fit_profile
-from trueloop.turned.fit.nose_fit import fit_nose_model
-from trueloop.turned.fit.nose_model import NoseTouches
+from trueloop.turned.fit.nose_fit import NoseTouches, fit_nose_model
 from trueloop.units import UM_PER_MM
 
 TWO, THREE, ALL = PLACES.values()

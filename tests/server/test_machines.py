@@ -12,7 +12,7 @@ from tests.support.corrector import SIGNALS, stretches, trace
 from tests.support.factory import CELL, OPERATOR, Shop
 from tests.support.served import served
 from tests.support.service import PASSWORD, Running, problem
-from trueloop.controllers.linuxcnc.cell.service import Service
+from trueloop.controllers.linuxcnc.cell.client import Service
 from trueloop.factory import requests as ask
 from trueloop.factory.shown.machines import heard
 from trueloop.jobs.realtime.watched import ToldService

@@ -14,9 +14,8 @@ from tests.support.factory import CELL, PLAN, Shop
 from tests.support.postgresql import Server, running
 from tests.support.served import served
 from tests.unit.controllers.cell.test_client import PACE, Table
-from trueloop.controllers.linuxcnc.cell.client import Client
+from trueloop.controllers.linuxcnc.cell.client import Client, RefusedError, Service
 from trueloop.controllers.linuxcnc.cell.journal import Journal
-from trueloop.controllers.linuxcnc.cell.service import RefusedError, Service
 from trueloop.domain.factory import Block, BlockKind, RunFact
 from trueloop.domain.record import Program, ProgramText
 from trueloop.factory import requests as ask

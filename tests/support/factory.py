@@ -13,7 +13,7 @@ from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import Offer, OrderNow
 from trueloop.factory.load import StoreReader, order_of
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, Role
 from trueloop.storage.store import Store, keep
 
 AT = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)

@@ -18,11 +18,11 @@ from trueloop.domain.tool import Setting
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
 from trueloop.factory.carry_out import carry_out
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, Role
 from trueloop.factory.shown.machines import heard
 from trueloop.loops.post_process.propose import ProposalContext, proposals_of
 from trueloop.loops.post_process.series import SeriesOptions
-from trueloop.loops.turned.stored import enveloped
+from trueloop.loops.turned.provenance import enveloped
 from trueloop.storage.store import Store, keep
 
 SCRIPT = "<img src=x onerror=alert(1)><script>alert(2)</script>"

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trueloop.controllers.linuxcnc.realtime.install import component
-from trueloop.controllers.linuxcnc.realtime.sampled import sampled_pins, sampler_lines
+from trueloop.controllers.linuxcnc.realtime.watch import sampled_pins, sampler_lines
 
 UP_S = 30.0
 UNSHARE = ("unshare", "--ipc", "--pid", "--fork", "--mount", "--mount-proc", "--kill-child")

@@ -17,8 +17,7 @@ from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
-from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
-from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
+from trueloop.probing.probe_plan import Approach, GaugingPoints, ProbePlan, Spacing, equally_spaced, probe_plan
 from trueloop.probing.stylus import Stylus, stock_obstacle
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, BrowserContext, Dialog, Page, expect, s
 from tests.support.chromium import INSTALL, ChromiumMissingError
 from tests.support.corrector import trace
 from tests.support.service import PASSWORD
-from trueloop.controllers.linuxcnc.cell.service import Service
+from trueloop.controllers.linuxcnc.cell.client import Service
 from trueloop.server.app import create_app
 from trueloop.server.identity.accounts import NewAccount, add_account
 from trueloop.server.identity.keys import NewKey, add_key

@@ -21,9 +21,8 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.nc.program.program import read_program
 from trueloop.probing.calibration import BallCalibration
-from trueloop.probing.plan import GaugingPoints
 from trueloop.probing.probe_match import match_touches
-from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
+from trueloop.probing.probe_plan import Approach, GaugingPoints, ProbePlan, probe_plan
 from trueloop.probing.stylus import Stylus, stock_obstacle
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits

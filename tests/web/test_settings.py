@@ -12,7 +12,7 @@ from tests.support.served import WIDE, Browsing, Window, served, sign_in
 from tests.support.service import PASSWORD
 from tests.web.test_files import usable
 from trueloop.factory import requests as ask
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, Role
 from trueloop.factory.shown.machines import heard
 from trueloop.jobs.store.codec import store_codec
 from trueloop.server.identity.keys import keys, of_bearer

@@ -214,8 +214,7 @@ def replace(row: RowId, file: File, why: Why, by: By = "", db: Db = None) -> Non
 
     The row stays, superseded, with the person and the reason.
     """
-    from trueloop.jobs.db.found import row_name
-    from trueloop.jobs.db.named import left_behind, named_row, replace_row
+    from trueloop.jobs.db.found import left_behind, named_row, replace_row, row_name
     from trueloop.jobs.store.opened import opened
     from trueloop.jobs.user import user_name
 
@@ -235,8 +234,7 @@ def show(what: What, db: Db = None, as_json: AsJson = False) -> None:
 
     Inspections, corrections and cuts with their links.
     """
-    from trueloop.jobs.db.found import life_of_part
-    from trueloop.jobs.db.named import NamedRow, named, shown_row
+    from trueloop.jobs.db.found import NamedRow, life_of_part, named, shown_row
     from trueloop.jobs.store.opened import opened
 
     store = opened(db, read_only=True)

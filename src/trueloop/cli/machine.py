@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from trueloop.arrays import Array
-    from trueloop.jobs.machine.kept import Decomposed
+    from trueloop.jobs.machine.machine_model import Decomposed
     from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.machine.correct import Setup
     from trueloop.machine.identify.judge_fit import HeldOut
@@ -285,7 +285,7 @@ def decompose(
     from trueloop.formats.measurements.inspections_csv import components_csv, read_inspections
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.jobs.machine.kept import Decomposed
+    from trueloop.jobs.machine.machine_model import Decomposed
     from trueloop.loops.diagnosis.left_on_parts import decompose_part, states_of
     from trueloop.report.machine.summary import components_page
 
@@ -340,7 +340,7 @@ def _kept(done: "Decomposed", part_type: str, serial: str, db: str | None, *, su
     """Keeps the part in the store, and returns the facts kept; None: no part is named."""
     if not serial:
         return None
-    from trueloop.jobs.machine.kept import keep_both
+    from trueloop.jobs.machine.machine_model import keep_both
     from trueloop.jobs.store.opened import Keeping
 
     return keep_both(done, part_type, serial, Keeping(db, supersede=supersede))

@@ -8,7 +8,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stage
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, Severity
-from trueloop.loops.post_process.flags import few_findings, usable
+from trueloop.loops.post_process.decide import few_findings, usable
 from trueloop.loops.post_process.series import PartSeen, SeriesOptions, When, parts_in_order, series_of, sizes_of
 from trueloop.loops.post_process.tracked import TrackedSeries, tracked
 from trueloop.storage.store import Kept, Store, find

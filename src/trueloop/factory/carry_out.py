@@ -27,7 +27,7 @@ from trueloop.factory.load import (
     runs_of,
     silence_of,
 )
-from trueloop.factory.roles import By, Role, require_machine, require_role
+from trueloop.factory.requests import By, Role, require_machine, require_role
 from trueloop.factory.write import note_done, write
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.storage.factory_tables import (

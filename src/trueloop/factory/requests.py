@@ -7,11 +7,13 @@ hash of its text.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Annotated, Literal
+from enum import StrEnum
+from typing import Annotated, Final, Literal
 
 from pydantic import Field
 
 from trueloop.domain.factory import Block, Conditions, RunFact
+from trueloop.errors import Code
 
 Verdict = Literal["made", "not-made", "reject"]
 
@@ -257,3 +259,84 @@ Request = (
     | DecideProposal
     | SetTool
 )
+
+
+class Role(StrEnum):
+    """The role of an account; each may do what those before it may. A cell has requests of its own."""
+
+    VIEWER = "viewer"
+    OPERATOR = "operator"
+    ENGINEER = "engineer"
+    ADMIN = "admin"
+    CELL = "cell"
+    SERVICE = "service"  # the service itself: tasks and timers
+
+
+_RANK: Final = (Role.VIEWER, Role.OPERATOR, Role.ENGINEER, Role.ADMIN)
+
+NEEDED: Final[Mapping[type, Role]] = {
+    PlanOrder: Role.ENGINEER,
+    NextBlock: Role.CELL,
+    RecordFacts: Role.CELL,
+    RecordTouches: Role.CELL,
+    RecordTemperatures: Role.CELL,
+    Calibrated: Role.OPERATOR,
+    Hold: Role.OPERATOR,
+    DecideStep: Role.OPERATOR,
+    Arm: Role.OPERATOR,
+    RecordStep: Role.OPERATOR,
+    StepCorrected: Role.SERVICE,
+    CorrectionRefused: Role.SERVICE,
+    CellSilent: Role.SERVICE,
+    ReleaseProgram: Role.ENGINEER,
+    RecordTransfer: Role.OPERATOR,
+    Certify: Role.ENGINEER,
+    RaiseAlarm: Role.SERVICE,
+    Acknowledge: Role.OPERATOR,
+    DecideProposal: Role.ENGINEER,
+    SetTool: Role.OPERATOR,
+}
+ALSO_CELL: Final = (Calibrated, Arm, RaiseAlarm)
+"""Requests that a cell may make about its own machine, beside those of cells alone."""
+
+
+@dataclass(frozen=True)
+class By:
+    """Who asks: an account with its role, or the cell of a machine.
+
+    `once`: account and key of a request that is done once; what changes is noted under it in the same transaction.
+    """
+
+    name: str
+    role: Role
+    machine: str = ""
+    once: tuple[str, str] | None = None
+
+
+def allowed(role: Role, request: type) -> bool:
+    """Returns whether a role may make requests of this type."""
+    needed = NEEDED[request]
+    if role is Role.SERVICE or needed in (Role.CELL, Role.SERVICE) or role is Role.CELL:
+        return role is needed or (role is Role.CELL and request in ALSO_CELL)
+    return _RANK.index(role) >= _RANK.index(needed)
+
+
+def require_role(request: Request, by: By) -> None:
+    """Requires that a person may do what is requested. Raises FAC-ROLE."""
+    if not allowed(by.role, type(request)):
+        needed = NEEDED[type(request)]
+        raise Code.FAC_ROLE.refusal(
+            f"{by.name!r} has the role {by.role.value!r}; this needs {needed.value!r}",
+            hint="ask an account with that role, or an administrator for it",
+            values={"role": by.role.value, "needed": needed.value},
+        )
+
+
+def require_machine(by: By, machine: str) -> None:
+    """Raises FAC-MACHINE where a cell speaks of another machine than its own."""
+    if by.role is Role.CELL and by.machine != machine:
+        raise Code.FAC_MACHINE.refusal(
+            f"the key of machine {by.machine!r} is no key of machine {machine!r}",
+            hint="use the key that was made for that machine: trueloop key add",
+            values={"machine": machine, "key_of": by.machine},
+        )

@@ -19,8 +19,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.decisions.plan import not_released
-from trueloop.factory.requests import RecordTransfer
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, RecordTransfer, Role
 from trueloop.factory.shown.programs import program_row
 from trueloop.factory.shown.records import known_of
 from trueloop.formats.links_toml import AnyLink, FocasTable, FolderTable, LinuxCncTable, SerialTable, read_link

@@ -16,7 +16,7 @@ from trueloop.formats.input_file import read_input
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.jobs.milled_job import MeasuredTable, MilledJobFile, read_milled_job
-from trueloop.jobs.milled_features import CutFeatures, cut_features
+from trueloop.jobs.milled_new import CutFeatures, cut_features
 from trueloop.jobs.user import user_name
 from trueloop.milled.entries import Proposal, propose
 from trueloop.milled.entry import PLAINEST, Entered, Entry, Part, Register

@@ -25,8 +25,7 @@ from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.inputs import machine_of_job, read_setups
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.user import user_name
-from trueloop.loops.post_process.decide import decide
-from trueloop.loops.post_process.flags import filled_in, known_findings, nominal_findings, unit_findings
+from trueloop.loops.post_process.decide import decide, filled_in, known_findings, nominal_findings, unit_findings
 from trueloop.loops.post_process.propose import (
     JobTool,
     ProposalContext,

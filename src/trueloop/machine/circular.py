@@ -19,7 +19,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Integers
 from trueloop.errors import Code
-from trueloop.machine.identify.robust import orthonormal
+from trueloop.machine.identify.observations import orthonormal
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 

@@ -9,9 +9,15 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from statistics import fmean
-from typing import Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from trueloop import wording
+from trueloop.errors import Code
+from trueloop.extras import install_command
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure as PlotlyFigure
+
 
 Figure: TypeAlias = dict[str, Any]
 Trace: TypeAlias = dict[str, Any]
@@ -200,3 +206,22 @@ _COLOUR: Final = re.compile("|".join(f'(?<="){re.escape(one)}(?=")' for one in D
 def in_the_dark(svg: str) -> str:
     """Changes a still's colours; red stays material left on, blue too much taken. Words stay as they are."""
     return _COLOUR.sub(lambda found: DARK[found.group()], svg)
+
+
+def shown(figure: Figure) -> "PlotlyFigure":
+    """A figure as Plotly's own object, which a notebook shows where it is the last value of a cell.
+
+    Raises OUT-FIGURE where Plotly, the extra `notebook`, is not installed.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> figure = trueloop.before_and_after(trueloop.compensate(job.inputs))
+    >>> trueloop.shown(figure).layout.width
+    980
+    """
+    try:
+        from plotly.graph_objects import Figure as PlotlyFigure
+    except ImportError as missing:
+        raise Code.OUT_FIGURE.refusal(
+            f"figures are shown by Plotly, which cannot be loaded: {str(missing)!r}", hint=install_command("notebook")
+        ) from None
+    return PlotlyFigure(figure)

@@ -12,8 +12,8 @@ from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 
 from trueloop.errors import Code
-from trueloop.factory.roles import By as FactoryBy
-from trueloop.factory.roles import Role
+from trueloop.factory.requests import By as FactoryBy
+from trueloop.factory.requests import Role
 from trueloop.server import once
 from trueloop.server.access import access_of, require
 from trueloop.server.gates import turn

@@ -24,9 +24,8 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.probing.calibration import BallCalibration, calibrate
-from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.probing.probe_match import match_touches
-from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
+from trueloop.probing.probe_plan import Approach, GaugingPoints, ProbePlan, Spacing, equally_spaced, probe_plan
 from trueloop.probing.stylus import Stylus, stock_obstacle
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors

@@ -21,9 +21,8 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import NO_COMPENSATION
 from trueloop.probing.calibration import BallCalibration, calibrate
-from trueloop.probing.plan import GaugingPoints
 from trueloop.probing.probe_match import match_touches
-from trueloop.probing.probe_plan import Approach, ProbePlan, probing_moves, require_ball_fits
+from trueloop.probing.probe_plan import Approach, GaugingPoints, ProbePlan, probing_moves, require_ball_fits
 from trueloop.probing.stylus import Stylus, stock_obstacle
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors

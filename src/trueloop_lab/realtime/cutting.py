@@ -18,7 +18,7 @@ from trueloop.arrays import Array, Flags, by_content
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.machine.model.model import MachineModel
-from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
+from trueloop.probing.probe_plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.realtime.judge import DrivenRun, error_mm, travel_ways
 from trueloop_lab.realtime.part import NOSE_RADIUS_MM, SET_AT_MM, TOOL_OFFSET_MM, WORK_ZERO_Z_MM
 from trueloop_lab.simulator.lathe import WarmLathe, WarmUp

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
-from trueloop.controllers.linuxcnc.realtime.sampled import STATES
+from trueloop.controllers.linuxcnc.realtime.watch import STATES
 from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.image import Image, Signal

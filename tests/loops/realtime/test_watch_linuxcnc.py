@@ -10,7 +10,7 @@ from tests.support.linuxcnc_start import STARTED, STARTER
 from tests.support.refusals import refused
 from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
 from trueloop.controllers.linuxcnc.realtime.hal_lines import watching, wiring
-from trueloop.controllers.linuxcnc.realtime.sampled import MOST_PINS, sampled_pins, sampler_lines
+from trueloop.controllers.linuxcnc.realtime.watch import MOST_PINS, sampled_pins, sampler_lines
 from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.realtime.samples_csv import read_samples

@@ -17,8 +17,7 @@ from trueloop.cli.terminal import ExitStatus
 from trueloop.domain.record import Program
 from trueloop.domain.tool import Machine
 from trueloop.factory.carry_out import carry_out
-from trueloop.factory.requests import RecordTransfer
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, RecordTransfer, Role
 from trueloop.jobs.store.codec import store_codec
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.store import keep, open_store

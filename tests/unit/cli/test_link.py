@@ -9,8 +9,7 @@ import pytest
 from tests.support.cli import invoke, output_of
 from trueloop.domain.record import Program, ProgramText, sha256_of
 from trueloop.factory.carry_out import carry_out
-from trueloop.factory.requests import ReleaseProgram
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, ReleaseProgram, Role
 from trueloop.factory.shown.records import transfer_rows
 from trueloop.jobs.store.codec import store_codec
 from trueloop.storage.store import keep, open_store

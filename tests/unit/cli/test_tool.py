@@ -13,7 +13,7 @@ from tests.support.kept import EDGE, MADE_AT, cut_of, inspected, of_part
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
-from trueloop.loops.turned.stored import enveloped
+from trueloop.loops.turned.provenance import enveloped
 from trueloop.memory.edge.learnt import learnt
 from trueloop.storage.store import Store, find, keep, open_store
 

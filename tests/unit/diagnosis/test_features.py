@@ -10,8 +10,14 @@ from scipy import optimize, stats
 
 from trueloop.arrays import Array
 from trueloop.diagnosis.features.errors_of import errors_of, undetermined
-from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace, SeenPoints, averaged
-from trueloop.diagnosis.features.form import fitted
+from trueloop.diagnosis.features.feature_error import (
+    ErrorKind,
+    FeatureError,
+    FeaturePlace,
+    SeenPoints,
+    averaged,
+    fitted,
+)
 from trueloop.errors import Code, Finding
 
 U = 0.001

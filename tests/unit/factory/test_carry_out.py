@@ -25,7 +25,7 @@ from trueloop.domain.record import ProgramText
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, Role
 from trueloop.server.identity.keys import NewKey, add_key
 from trueloop.storage.store import Store, find, keep
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from trueloop.arrays import Array
 from trueloop.formats.cad.box_index import TooDenseError, overlapping
-from trueloop.formats.cad.dxf_crossings import cut_where_met
-from trueloop.formats.cad.dxf_edges import Edges
+from trueloop.formats.cad.dxf_edges import Edges, cut_where_met
 from trueloop.geometry.feature import Line
 
 

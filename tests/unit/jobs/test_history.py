@@ -22,7 +22,7 @@ from trueloop.jobs.store.opened import named_store, store_of
 from trueloop.jobs.store.tool_history import history_of_tool, with_history
 from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.loops.turned.made_parts import made_part
-from trueloop.loops.turned.stored import enveloped
+from trueloop.loops.turned.provenance import enveloped
 from trueloop.memory.edge import predict
 from trueloop.memory.edge.state import MemoryOptions
 from trueloop.storage.store import Store, find, keep, open_store

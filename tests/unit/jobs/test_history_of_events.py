@@ -11,7 +11,7 @@ from trueloop.domain.life import EdgeEvent, EdgeEventKind
 from trueloop.domain.tool import Edge
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
-from trueloop.loops.turned.stored import enveloped
+from trueloop.loops.turned.provenance import enveloped
 from trueloop.storage.store import Store, keep, open_store
 
 SERIALS = ("2511", "2611", "2711")

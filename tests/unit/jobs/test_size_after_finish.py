@@ -10,7 +10,7 @@ from tests.support.kept import cut_of, inspected
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.history import errors_of
 from trueloop.jobs.store.of_this_part import require_size
-from trueloop.turned.error_curve.budget import remembered_only
+from trueloop.turned.error_curve.curve import remembered_only
 
 
 def size_of(x_um: float, rest_um: float, times: float = 1.0, points: int = 32) -> None:

@@ -16,7 +16,7 @@ from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.store.tool_history import LATEST, history_of_tool, with_history
 from trueloop.jobs.tool_life import tool_memory
-from trueloop.loops.turned.stored import enveloped
+from trueloop.loops.turned.provenance import enveloped
 from trueloop.memory.made_part import MadePart
 from trueloop.storage.store import Store, find, keep, open_store
 

@@ -12,7 +12,7 @@ from tests.support.mill_shop import BORES, BOSSES, PLANES
 from tests.support.refusals import refused
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.milled_job import read_milled_job
-from trueloop.jobs.milled_features import CutFeatures, cut_features
+from trueloop.jobs.milled_new import CutFeatures, cut_features
 from trueloop.milled.entry import Entry
 from trueloop.milled.feature import Kind
 from trueloop.milled.observed import ObservedSize, places_of

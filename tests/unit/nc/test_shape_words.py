@@ -3,7 +3,7 @@
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit.shape_words import require_own_shape
+from trueloop.nc.edit.changes import require_own_shape
 from trueloop.nc.program.program import read_program
 
 LATHE = "G18 G71 DIAMON\nG1 X10 Z0 F1\n"

@@ -11,7 +11,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile, Side, junctions_of
 from trueloop.probing.cmm_plan import MARGIN_MM, CmmApproach, CmmMove, CmmTouch, cmm_moves, cmm_plan, way_back
-from trueloop.probing.plan import Spacing, equally_spaced
+from trueloop.probing.probe_plan import Spacing, equally_spaced
 from trueloop.probing.stylus import stock_obstacle, whole_obstacle
 
 FEATURES = (

@@ -8,7 +8,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.probing.cmm_plan import CmmTouch, cmm_plan, turned
-from trueloop.probing.plan import Spacing, equally_spaced
+from trueloop.probing.probe_plan import Spacing, equally_spaced
 
 FEATURES = (
     Line("cylinder", (20.0, -50.0), (20.0, -20.0)),

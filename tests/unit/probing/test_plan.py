@@ -12,7 +12,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.validate import checked_profile
-from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
+from trueloop.probing.probe_plan import GaugingPoints, Spacing, equally_spaced
 
 INCH = 25.4
 MODBAS2_SPACINGS = {

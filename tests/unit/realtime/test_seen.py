@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from tests.support.refusals import refused
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.realtime.sampled import sampled_pins, streams
-from trueloop.controllers.linuxcnc.realtime.watch import layout_of, samples_of
+from trueloop.controllers.linuxcnc.realtime.watch import layout_of, sampled_pins, samples_of, streams
 from trueloop.errors import Code
 from trueloop.realtime.envelope import NONE, counted, empty, envelope, gathered, merged
 from trueloop.realtime.samples import Samples, column_names, events

@@ -15,11 +15,11 @@ from trueloop.diagnosis.causes.cause import SeenBy, SeenPart
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, SeenPoints
 from trueloop.report.diagnosis import lines
 from trueloop.report.diagnosis.causes import credible, share
+from trueloop.report.diagnosis.figures import surface_figure, surfaces_um, vectors_um
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.page_machine import binned, residual_figures, without_set_up
 from trueloop.report.diagnosis.page_part import points_section
 from trueloop.report.diagnosis.shapes import HypothesisShape, PointShape, SeriesDiagnosisShape
-from trueloop.report.diagnosis.surfaces import surface_figure, surfaces_um, vectors_um
 from trueloop.report.diagnosis.values import means_of, points_of, series_shape
 from trueloop.report.style import LEFT_ON, TAKEN
 from trueloop.report.texts.texts import Texts

@@ -15,7 +15,7 @@ from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.figures import whiskers
 from trueloop.report.turned.figures.part_drawing import round_down
 from trueloop.turned.compensation.prediction import Prediction
-from trueloop.turned.error_curve.budget import Budget
+from trueloop.turned.error_curve.curve import Budget
 
 MODBAS2 = example_correction("modbas2")
 

@@ -7,8 +7,7 @@ from tests.support.stores import AT, TYPE, cut, link, part, touched
 from trueloop.domain.life import Stage
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction
-from trueloop.storage.life import life
-from trueloop.storage.store import keep, open_store
+from trueloop.storage.store import keep, life, open_store
 
 
 def test_a_part_has_its_own_records_in_the_order_in_which_they_were_kept() -> None:

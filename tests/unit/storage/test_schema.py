@@ -25,9 +25,8 @@ from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage import schema
 from trueloop.storage.integrity import damage
-from trueloop.storage.life import life
 from trueloop.storage.schema import LOGS, METADATA, STATES
-from trueloop.storage.store import find, keep, open_store
+from trueloop.storage.store import find, keep, life, open_store
 
 FIRST = Path(__file__).with_name("first.sql")
 FIRST_IN_POSTGRESQL = Path(__file__).with_name("first.postgresql.sql")

@@ -5,7 +5,7 @@ import math
 import pytest
 from scipy import stats
 
-from trueloop.turned.error_curve.budget import student_t_factor
+from trueloop.turned.error_curve.curve import student_t_factor
 
 
 @pytest.mark.parametrize("degrees_of_freedom", [1, 2, 3, 4, 7, 20, 21, 101, 1000])

@@ -9,7 +9,7 @@ import pytest
 from tests.support.profiles import modbas2
 from tests.support.touched import noise, touched
 from trueloop.turned.compensation.shift import of_curve
-from trueloop.turned.error_curve.budget import student_t_factor
+from trueloop.turned.error_curve.curve import student_t_factor
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.turned.fit.options import FitOptions

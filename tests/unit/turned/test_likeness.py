@@ -12,7 +12,7 @@ from tests.support.touched import noise, touched
 from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.turned.error_curve.budget import joined
+from trueloop.turned.error_curve.curve import joined
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.touches.error_vectors import ErrorVectors

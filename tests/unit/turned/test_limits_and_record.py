@@ -18,7 +18,7 @@ from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, ce
 from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset, cut_mm
 from trueloop.turned.compensation.prediction import correction_table, predict
 from trueloop.turned.compensation.shift import ZERO, Shift, constant, sampled
-from trueloop.turned.error_curve.budget import Budget
+from trueloop.turned.error_curve.curve import Budget
 
 from .shapes import FEATURES, NOSE_RADIUS_MM, PART
 

@@ -6,15 +6,16 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.program.program import Program, read_program
 from trueloop.turned.program.offsets import (
+    Shifted,
     offset_state,
     require_same_path,
     require_shift,
     require_updates,
     shift_edits,
+    shifted_moves,
     tool_offset_updates,
     update_edits,
 )
-from trueloop.turned.program.shifted_frame import Shifted, shifted_moves
 
 OFFSET_MM = (-0.02, 0.013)
 STEP_MM = {"linuxcnc": 1e-5, "fanuc-lathe": 1e-3, "haas-lathe": 1e-3, "siemens": 1e-4}

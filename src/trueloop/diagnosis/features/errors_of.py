@@ -13,14 +13,19 @@ from scipy.stats import chi2
 
 from trueloop.arrays import Array
 from trueloop.diagnosis.features.feature_error import (
+    SMOOTH_PLACES,
+    SPAN,
+    STRAIGHT,
+    WAVES,
     Averaged,
     ErrorKind,
     FeatureError,
     FeaturePlace,
+    Form,
     SeenPoints,
     averaged,
+    form_of,
 )
-from trueloop.diagnosis.features.form import SMOOTH_PLACES, SPAN, STRAIGHT, WAVES, Form, form_of
 from trueloop.errors import Code, Finding, Severity
 from trueloop.wording import wording
 

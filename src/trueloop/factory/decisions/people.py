@@ -8,8 +8,7 @@ from trueloop.domain.factory import BlockKind, FactKind, PartState, RunFact, Ste
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.decisions.runs import tasks_of
 from trueloop.factory.known import Changes, Event, OrderNow, PartNow, StepNow
-from trueloop.factory.requests import Arm, CorrectionRefused, DecideStep, Hold, RecordStep, StepCorrected
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import Arm, By, CorrectionRefused, DecideStep, Hold, RecordStep, Role, StepCorrected
 
 _BY_HAND: Final = (BlockKind.REMOVE, BlockKind.MEASURE, BlockKind.RELEASE)
 

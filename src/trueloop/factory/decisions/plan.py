@@ -15,8 +15,7 @@ from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.decisions.finish import Candidate, MachineFacts, checks_of
 from trueloop.factory.known import Changes, Event, Offer, OrderNow, PartNow, StepNow
-from trueloop.factory.requests import NextBlock, PlanOrder
-from trueloop.factory.roles import By
+from trueloop.factory.requests import By, NextBlock, PlanOrder
 
 _ASKED_FOR: Final = (StepState.OFFERED, StepState.SENT, StepState.VERIFIED)
 _MAY_BEGIN: Final = (StepState.WAITING, StepState.FAILED)

@@ -14,7 +14,7 @@ from trueloop.factory import requests as ask
 from trueloop.factory.book import Book
 from trueloop.factory.decisions.plan import not_released
 from trueloop.factory.known import Changes, Event, unknown
-from trueloop.factory.roles import By, require_machine
+from trueloop.factory.requests import By, require_machine
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.storage.factory_tables import stamp

@@ -10,8 +10,7 @@ from trueloop.domain.factory import BlockKind, FactKind, PartState, Run, RunFact
 from trueloop.errors import Code
 from trueloop.factory.decisions.plan import left_unknown
 from trueloop.factory.known import Changes, Event, NewTask, OrderNow, PartNow, StepNow, unknown
-from trueloop.factory.requests import CellSilent, RecordFacts, RecordTemperatures, RecordTouches
-from trueloop.factory.roles import By, require_machine
+from trueloop.factory.requests import By, CellSilent, RecordFacts, RecordTemperatures, RecordTouches, require_machine
 from trueloop.storage.factory_tables import stamp
 
 

@@ -12,7 +12,7 @@ from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.tool import Edge, Setting
 from trueloop.factory.known import unknown
 from trueloop.factory.load import StoreReader, machine_names
-from trueloop.factory.roles import By, require_machine
+from trueloop.factory.requests import By, require_machine
 from trueloop.factory.shown.records import known_of, time, transfer_view
 from trueloop.factory.views.orders import MachineNow
 from trueloop.factory.views.parts import CalibrationView, MachineView, TemperatureView

@@ -9,7 +9,7 @@ from sqlalchemy import JSON, cast, func, literal_column, or_, select, type_coerc
 from trueloop.described import filled_from
 from trueloop.domain.factory import BlockKind, PartState, StepState
 from trueloop.factory.load import StoreReader, order_of
-from trueloop.factory.roles import Role
+from trueloop.factory.requests import Role
 from trueloop.factory.shown.machines import all_machines
 from trueloop.factory.shown.parts import cpk_of_today
 from trueloop.factory.shown.programs import names_of, states_of

@@ -35,10 +35,9 @@ from trueloop.monitoring.capability import capability
 from trueloop.storage.encoded import Kept
 from trueloop.storage.factory_tables import EVENT, ORDER_STATE, PART_STATE, STEP
 from trueloop.storage.kinds import joined, kind_of, searchable
-from trueloop.storage.life import Life, life_in
 from trueloop.storage.reading import decoded
 from trueloop.storage.schema import ROWS, TABLES
-from trueloop.storage.store import Store
+from trueloop.storage.store import Life, Store, life_in
 from trueloop.units import UM_PER_MM
 
 _PART = TABLES["part"]

@@ -29,9 +29,8 @@ from trueloop.report.style import in_the_dark
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.factory_tables import PROGRAM_RELEASE, STEP
 from trueloop.storage.kinds import joined, searchable
-from trueloop.storage.life import life
 from trueloop.storage.schema import TABLES
-from trueloop.storage.store import Store
+from trueloop.storage.store import Store, life
 from trueloop.units import UM_PER_MM
 
 _RECORD: Final = re.compile(rb"\s+".join(f"{MARK}: record ([0-9a-f]{{16}})".encode().split()), re.IGNORECASE)

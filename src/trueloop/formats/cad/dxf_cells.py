@@ -13,8 +13,7 @@ from scipy.spatial import KDTree
 from trueloop.arrays import Array
 from trueloop.formats.cad.box_index import overlapping
 from trueloop.formats.cad.contour import Contour, Piece, chained
-from trueloop.formats.cad.dxf_crossings import cut_where_met
-from trueloop.formats.cad.dxf_edges import Edges, Mask, Numbers
+from trueloop.formats.cad.dxf_edges import Edges, Mask, Numbers, cut_where_met
 from trueloop.geometry.intersection import sign_changes
 
 Hatched: TypeAlias = Callable[[Array], Mask]

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from trueloop.formats.toml_tables import Count, Finite, In, Moment, NotNegative, Table, Vector, with_options
-from trueloop.nc.match.cutting_edge import Corner
+from trueloop.nc.match.cutters import Corner
 from trueloop.nc.program.called import CalledOffset
 from trueloop.turned.options import Options
 

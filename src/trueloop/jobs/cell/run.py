@@ -8,11 +8,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from trueloop.controllers.linuxcnc.cell.client import Client, Pace
+from trueloop.controllers.linuxcnc.cell.client import Client, Pace, Service
 from trueloop.controllers.linuxcnc.cell.decide import Patience
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.controllers.linuxcnc.cell.linuxcnc import LinuxCnc, Temperature, read_pins
-from trueloop.controllers.linuxcnc.cell.service import Service
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cell_toml import CellFile, read_cell

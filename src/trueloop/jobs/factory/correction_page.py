@@ -9,8 +9,7 @@ from trueloop.domain.record import Correction, sha256_of
 from trueloop.errors import TrueloopError
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import unknown
-from trueloop.factory.requests import Certify
-from trueloop.factory.roles import By
+from trueloop.factory.requests import By, Certify
 from trueloop.jobs.monitor.certificate import certificate_of
 from trueloop.loops.turned import correction as turned
 from trueloop.report.monitor.certificate import certificate_page

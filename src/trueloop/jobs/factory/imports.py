@@ -13,8 +13,7 @@ from trueloop.errors import Code
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
 from trueloop.factory.load import StoreReader, order_of
-from trueloop.factory.requests import RecordStep
-from trueloop.factory.roles import By
+from trueloop.factory.requests import By, RecordStep
 from trueloop.factory.views import by_hand, uploads
 from trueloop.factory.views.uploads import ImportedView, ProgramRead, Remarked
 from trueloop.jobs.factory.by_hand import part_by_hand, tried_by_hand

@@ -14,8 +14,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
 from trueloop.factory.load import StoreReader, order_of, program_text, record_of
-from trueloop.factory.requests import CorrectionRefused, StepCorrected
-from trueloop.factory.roles import By, Role
+from trueloop.factory.requests import By, CorrectionRefused, Role, StepCorrected
 from trueloop.factory.shown.machines import all_machines
 from trueloop.factory.shown.records import known_of, last_transfers
 from trueloop.factory.tasks import Runner, Task, Working

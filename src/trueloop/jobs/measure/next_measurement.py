@@ -53,7 +53,7 @@ from trueloop.memory.edge.predict import remembered
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_plan
-from trueloop.probing.plan import MARGIN_MM, Spacing, equally_spaced
+from trueloop.probing.probe_plan import MARGIN_MM, Spacing, equally_spaced
 from trueloop.storage.store import Store, find
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.fit.prior.part_state import part_state

@@ -21,7 +21,7 @@ from trueloop.formats.outputs import write_all
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model
-from trueloop.jobs.db.named import named_row
+from trueloop.jobs.db.found import named_row
 from trueloop.jobs.machine.mapped_program import ModelFile
 from trueloop.jobs.store.opened import Choice, Keeping, opened
 from trueloop.jobs.turned.compensate import correct_job

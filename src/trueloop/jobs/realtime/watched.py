@@ -16,7 +16,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from trueloop.controllers.linuxcnc.cell.service import Service
+from trueloop.controllers.linuxcnc.cell.client import Service
 from trueloop.controllers.linuxcnc.realtime.watch import Watched, attached
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath

@@ -5,7 +5,7 @@ from functools import cache
 from trueloop.domain.codec import Codec
 from trueloop.loops.machine import program as machine
 from trueloop.loops.surface import correction as surface
-from trueloop.loops.turned import stored as turned
+from trueloop.loops.turned import provenance as turned
 
 
 @cache

@@ -22,7 +22,7 @@ from trueloop.jobs.store.of_this_part import (
 )
 from trueloop.jobs.store.opened import Keeping, accepting
 from trueloop.loops.turned.correction import Correction, Inputs
-from trueloop.loops.turned.stored import enveloped
+from trueloop.loops.turned.provenance import enveloped
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 

@@ -34,8 +34,7 @@ from trueloop.memory.edge.state import MemoryOptions
 from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
-from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
-from trueloop.turned.fit.nose_model import NoseModel, NoseTouches
+from trueloop.turned.fit.nose_fit import NoseModel, NoseTouches, fit_nose_model, nose_touches
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
 from trueloop.turned.readings.vectors import nominal_words

@@ -34,7 +34,7 @@ from trueloop.machine.model.history import check_lags_given, signals_at_end
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import Signals
 from trueloop.machine.model.validity import require_serial
-from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.match.cutters import CuttingEdge
 from trueloop.turned.readings.vectors import own_seen, shared_words, z_zero
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging

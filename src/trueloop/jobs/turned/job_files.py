@@ -30,7 +30,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.turned.readings import Sources
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.commanded import Run
-from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.match.cutters import CuttingEdge
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.understood import require_understood
 from trueloop.units import MM_PER_INCH

@@ -29,7 +29,7 @@ from trueloop.loops.turned.commanded import Run, commanded
 from trueloop.nc.program.program import Program, Unit
 from trueloop.nc.program.understood import require_understood
 from trueloop.nc.program.unit import unit_of_path
-from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
+from trueloop.probing.probe_plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
 from trueloop.report.pdf import as_pdf
 from trueloop.report.turned.touch_sheet import touch_sheet
 from trueloop.turned.readings.sizes import gauge_plan

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code
-from trueloop.nc.edit.shape_words import PLAIN_CORNER, SHAPE, TURNS
+from trueloop.nc.edit.changes import PLAIN_CORNER, SHAPE, TURNS
 from trueloop.nc.expand.block import gives_spline, motion_word
 from trueloop.nc.expand.expand import WrittenOut, written_out
 from trueloop.nc.program.dialect import Dialect

@@ -32,7 +32,7 @@ from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.loops.post_process.tracked import TrackedSeries
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.programs import contour_tools, edge_of_pass, no_number, require_in_force
-from trueloop.memory.level.whitening import LEAST, REDUCED, monitor
+from trueloop.memory.level.kalman import LEAST, REDUCED, monitor
 from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program
 from trueloop.statistics import NORMAL_95

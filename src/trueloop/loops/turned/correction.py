@@ -1,15 +1,21 @@
-"""One process-intermittent correction and its inputs."""
+"""One process-intermittent correction and its inputs.
+
+The prediction of a part by memory before its finish cut, kept beside the correction so that it can be judged
+afterwards.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trueloop.arrays import Array, by_content
 from trueloop.domain.characteristic import Characteristic, Judged
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Ran
+from trueloop.domain.option import MemoryUse
 from trueloop.domain.part import PartType
 from trueloop.domain.proposal import HeldTool
 from trueloop.domain.record import GIVEN, CutWith, Record, sha256_of
@@ -18,24 +24,124 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.error_sources import FeatureSources
-from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.loops.turned.part_on_machine import PartOnMachine, Zero
 from trueloop.memory.edge.state import IN_FULL, MemoryOptions
-from trueloop.memory.made_part import MadePart
-from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.memory.made_part import Expected, MadePart
+from trueloop.nc.match.cutters import CuttingEdge
 from trueloop.nc.program.program import Program
+from trueloop.statistics import rms
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.prediction import CorrectionTable, Prediction
 from trueloop.turned.compensation.shift import Shift, unasked_u_mm
-from trueloop.turned.error_curve.budget import Budget
+from trueloop.turned.error_curve.curve import Budget
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
-from trueloop.turned.fit.nose_model import NoseModel
+from trueloop.turned.fit.nose_fit import NoseModel
 from trueloop.turned.options import Options
 from trueloop.turned.program.by_tool import ByTool
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.wording import wording
+
+
+@by_content
+@dataclass(frozen=True)
+class FromMemory:
+    """The prediction of one part by earlier parts of an edge, and its use.
+
+    `edge` in words. `applied`: the correction of the features `features`, by index, is by memory and today's touches
+    `points`; else it is by these touches alone. `keep` are the touches, by name, that are enough for the next part
+    and for judging it. `expected` is the prediction, at its contact angles; None: none was made. `alarms` say how
+    today's touches contradict earlier parts; then these are not used.
+    """
+
+    edge: str
+    use: MemoryUse
+    applied: bool
+    features: tuple[int, ...] = ()
+    points: tuple[str, ...] = ()
+    keep: tuple[str, ...] = ()
+    expected: Expected | None = None
+    alarms: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def taken_off_mm(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Array:
+        """Returns the share from memory of what a correction of weight 1 takes off at places, (n,): without a touch of
+        today.
+
+        Positive where material is taken off; zero where the correction is not by memory.
+        """
+        taken, known = np.zeros(len(feature_index)), self.expected
+        if not self.applied or known is None:
+            return taken
+        for index in self.features:
+            rows = feature_index == index
+            taken[rows] = known.along(known.weight * known.memory_mm, index, arc_length_mm[rows])
+        return taken
+
+    def share(self, feature: int) -> float:
+        """Returns the share of one feature's correction that is from memory, from 0 to 1: its RMS over both RMS."""
+        if not self.applied or self.expected is None or feature not in self.features:
+            return 0.0
+        known, rows = self.expected, self.expected.rows(feature)
+        memory, whole = known.memory_mm[rows], known.mean_mm[rows]
+        from_memory, from_touches = rms(memory), rms(whole - memory)
+        return from_memory / (from_memory + from_touches) if from_memory + from_touches > 0.0 else 0.0
+
+    def words(self, profile: Profile) -> tuple[str, ...]:
+        """Describes the shares of memory and of today's touches, how many of these suffice, and alarms."""
+        if self.expected is None and not self.edge:
+            return self.notes
+        if self.expected is None:
+            return tuple(wording("Memory of edge {edge}: {note}", edge=self.edge, note=note) for note in self.notes)
+        head = wording("Memory of edge {edge}, inspected parts: {n}.", edge=self.edge, n=self.expected.parts)
+        return (head, *self._shares(profile), *self._alarmed(), *self._enough(), *self.notes)
+
+    def _shares(self, profile: Profile) -> tuple[str, ...]:
+        if not self.applied:
+            return ()
+        touches = len(self.points)
+        return tuple(
+            wording(
+                "{feature}: {memory:.0f} % of the correction is from memory, {touched:.0f} % from {n} touches.",
+                feature=profile.names[i],
+                memory=100.0 * (share := self.share(i)),
+                touched=100.0 * (1.0 - share),
+                n=touches,
+            )
+            for i in self.features
+        )
+
+    def _alarmed(self) -> tuple[str, ...]:
+        if not self.alarms:
+            if self.applied:
+                return ()
+            return (wording("The correction is by today's touches alone; memory gives its band."),)
+        own = wording(
+            "Today's touches contradict earlier parts: the correction is by today's {n} touches alone. Look "
+            "what happened, and touch all points before cutting.",
+            n=len(self.points),
+        )
+        return (own, *self.alarms)
+
+    def _enough(self) -> tuple[str, ...]:
+        if self.alarms or self.expected is None or not self.points:
+            return ()
+        enough = wording(
+            "Touches that would have been enough: {enough} of {n}.",
+            enough=self.expected.enough_touches,
+            n=len(self.points),
+        )
+        if len(self.keep) == len(self.points):
+            return (enough,)
+        kept = wording("To touch on the next part, as a check too: {points}.", points=", ".join(self.keep))
+        return (enough, kept)
+
+
+def edge_words(edge: Edge | None) -> str:
+    """Names an edge by its tool, insert and corner."""
+    return "" if edge is None else " ".join(text for text in edge.identity if text)
 
 
 @dataclass(frozen=True)

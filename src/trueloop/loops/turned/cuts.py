@@ -12,8 +12,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.commanded import Run
 from trueloop.nc.match.contour_match import FeatureMatch
-from trueloop.nc.match.cutters import Cutters, cutters
-from trueloop.nc.match.cutting_edge import CuttingEdge, of_centre, tip_mm
+from trueloop.nc.match.cutters import Cutters, CuttingEdge, cutters, of_centre, tip_mm
 from trueloop.nc.match.matching import match_each
 from trueloop.nc.match.own_contour import OwnContour, own_contour
 from trueloop.nc.program.along import feed_moves

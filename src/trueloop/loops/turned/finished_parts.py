@@ -19,9 +19,8 @@ from trueloop.domain.tool import Edge
 from trueloop.errors import Code
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded
-from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.correction import FromMemory, Inputs, edge_words
 from trueloop.loops.turned.deviations import places_along
-from trueloop.loops.turned.from_memory import FromMemory, edge_words
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel

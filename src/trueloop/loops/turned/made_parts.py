@@ -23,14 +23,12 @@ from trueloop.domain.life import Cut, Ran, Stage
 from trueloop.domain.part import PartType
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.correction import Correction, FromMemory, Inputs, edge_words
 from trueloop.loops.turned.deviations import cut_errors, places_along
-from trueloop.loops.turned.from_memory import FromMemory, edge_words
 from trueloop.loops.turned.paths import whole_mm
 from trueloop.memory.edge.predict import expect
 from trueloop.memory.edge.refuse import FEW, is_seen
-from trueloop.memory.expected import Expected
-from trueloop.memory.made_part import CutErrors, MadePart
+from trueloop.memory.made_part import CutErrors, Expected, MadePart
 from trueloop.memory.noticing.notice import PartChanges, notice_part
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.chain_fit import Chain, chains_of

@@ -16,7 +16,7 @@ from trueloop.statistics import rms
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.prediction import Prediction, predict
 from trueloop.turned.compensation.shift import unasked_u_mm
-from trueloop.turned.error_curve.budget import Budget, joined
+from trueloop.turned.error_curve.curve import Budget, joined
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.turned.touches.error_vectors import ErrorVectors

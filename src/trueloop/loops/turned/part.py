@@ -27,7 +27,7 @@ from trueloop.loops.turned.process_intermittent import compensate, zero_in_machi
 from trueloop.loops.turned.share import inputs_of_edge, judged_on_part, own_inputs, shared_words
 from trueloop.nc.edit.changes import insert_heading, not_as_intended, verify_written
 from trueloop.nc.edit.edit import Edit, apply_edits
-from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.match.cutters import CuttingEdge
 from trueloop.nc.match.own_contour import OwnContour
 from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program

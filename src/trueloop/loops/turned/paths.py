@@ -21,7 +21,7 @@ from trueloop.loops.turned.part_on_machine import InMachine, check_composed
 from trueloop.nc.edit.changes import composed
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.expand.expand import WrittenOut, require_same_path, written_out
-from trueloop.nc.match.cutting_edge import CENTRE
+from trueloop.nc.match.cutters import CENTRE
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath

@@ -18,10 +18,9 @@ from trueloop.errors import Code, Place, in_file
 from trueloop.loops.batch import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
-from trueloop.loops.turned.correction import Composed, Correction, Inputs
+from trueloop.loops.turned.correction import Composed, Correction, FromMemory, Inputs
 from trueloop.loops.turned.error_sources import FeatureSources, MachineShare, error_sources
 from trueloop.loops.turned.finished_parts import next_finished
-from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.made_parts import remembering, semifinish_errors, today_of
 from trueloop.loops.turned.outcome import expected_uncorrected_mm, prediction_at_touches
 from trueloop.loops.turned.part_on_machine import (
@@ -44,10 +43,10 @@ from trueloop.loops.turned.written import Writing
 from trueloop.memory.edge.predict import latest, remembered
 from trueloop.memory.made_part import MadePart
 from trueloop.turned.compensation.decide import Decision, decide
+from trueloop.turned.compensation.displaced import decide_unmoved
 from trueloop.turned.compensation.prediction import Prediction, correction_table
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.targets import Fitting
-from trueloop.turned.compensation.unmoved import decide_unmoved
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.turned.options import By

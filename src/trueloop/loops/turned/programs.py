@@ -30,11 +30,11 @@ from trueloop.turned.program.offsets import (
     require_shift,
     require_updates,
     shift_edits,
+    shifted_moves,
     tool_offset_updates,
     update_edits,
 )
 from trueloop.turned.program.read_back import SAME_MM
-from trueloop.turned.program.shifted_frame import shifted_moves
 from trueloop.turned.program.wear_numbers import WearOffset, wear_offset
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import wording

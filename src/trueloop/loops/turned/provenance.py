@@ -4,28 +4,54 @@ force when the measured part was cut.
 
 from collections.abc import Iterator
 from dataclasses import asdict, replace
+from typing import Final
 
 import numpy as np
 
 from trueloop import __version__
+from trueloop.domain import values
 from trueloop.domain.characteristic import Judged
 from trueloop.domain.life import Ran
+from trueloop.domain.option import Limits
 from trueloop.domain.proposal import ToolOffset
-from trueloop.domain.record import Component, CutWith, Product, Record, record_id, sha256_of
+from trueloop.domain.record import Component, Correction, CutWith, Product, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.curve import Curve
+from trueloop.geometry.feature import Arc, Line
+from trueloop.geometry.profile import Junction, JunctionKind, Profile, Side
+from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.commanded import Commanded
-from trueloop.loops.turned.correction import Composed, Inputs
+from trueloop.loops.turned.correction import Composed, FromMemory, Inputs
+from trueloop.loops.turned.error_sources import FeatureSources, Share, Source
 from trueloop.loops.turned.finished_parts import finished_parts
-from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.made_parts import history_sha256, is_used
+from trueloop.loops.turned.part_on_machine import CompMtg, PartOnMachine, Standing
 from trueloop.loops.turned.paths import Shifts, whole_mm
 from trueloop.loops.turned.programs import Programs
+from trueloop.machine.model import model as machine_model
+from trueloop.machine.model.chain import Axis, AxisKind, Chain, ErrorName
+from trueloop.machine.model.history import Lag
+from trueloop.machine.model.term import Part, PositionBasis, Term
+from trueloop.memory.made_part import Expected
 from trueloop.nc.program.unit import recorded_program, unit_of_path
-from trueloop.turned.compensation.decide import Decision
+from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
+from trueloop.turned.compensation.decide import AxisDecision, Decision, UnmovedDecision
+from trueloop.turned.compensation.displaced import Constant, DisplacedFeature, Then
+from trueloop.turned.compensation.prediction import CorrectionTable, Prediction
+from trueloop.turned.compensation.shift import Shift
+from trueloop.turned.error_curve.bad_touches import SuspectTouch
+from trueloop.turned.error_curve.curve import Budget, ErrorCurve
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
-from trueloop.turned.program.by_tool import ByTool
-from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.error_curve.junctions import DisplacedJunction, Tangency
+from trueloop.turned.fit.between_cuts import BetweenCuts, NextCut
+from trueloop.turned.fit.chain_fit import TangentPolicy
+from trueloop.turned.fit.choose import ModelChoice
+from trueloop.turned.fit.options import BadTouches, FitOptions
+from trueloop.turned.fit.spline import EndConditions, Spline
+from trueloop.turned.options import Options
+from trueloop.turned.program.by_tool import ByTool, MovedFeature, ToolAnswer
+from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.wording import Um, listed, wording
 
 
@@ -235,3 +261,33 @@ def _contour_words(inputs: Inputs, matched: Commanded, decision: Decision, shift
             )
         )
     return listed(found)
+
+
+CODEC: Final = values.CODEC.with_more(
+    *(Correction, Limits),
+    *(Line, Arc, Curve, Junction, JunctionKind, Profile, Side, ErrorVectors, Seen, Options, BetweenCuts, EndConditions),
+    *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
+    *(
+        Tangency,
+        ModelChoice,
+        Decision,
+        AxisDecision,
+        UnmovedDecision,
+        Prediction,
+        Budget,
+        WearOffset,
+        CorrectionTable,
+        turned.Composed,
+    ),
+    *(ByTool, MovedFeature, ToolAnswer, NextCut, FromMemory, Expected, FeatureSources, Share, Source),
+    *(CentrePiece, ShiftedFeature, DisplacedFeature, Shift, Constant, Then, CompMtg, Standing, PartOnMachine),
+    *(machine_model.MachineModel, Chain, Axis, AxisKind, Term, ErrorName, PositionBasis, Lag),
+    TurnedCorrection=turned.Correction,
+    MachineOfModel=machine_model.Machine,
+    PartOfTerm=Part,
+)
+
+
+def enveloped(correction: turned.Correction) -> Correction[turned.Correction]:
+    """Puts the correction in the envelope that all products share."""
+    return Correction(correction.record, asdict(correction.options.limits), correction)

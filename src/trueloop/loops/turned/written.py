@@ -21,7 +21,7 @@ from trueloop.loops.turned.paths import (
 from trueloop.nc.edit.changes import changes, composed, insert_heading
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.expand.expand import WrittenOut
-from trueloop.nc.match.cutting_edge import of_centre
+from trueloop.nc.match.cutters import of_centre
 from trueloop.nc.program.called import called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath

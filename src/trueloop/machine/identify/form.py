@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity
 from trueloop.machine.identify.identify import Identification, closed_rows, identify, unknown_columns, weighted_rows
-from trueloop.machine.identify.observations import Observations
-from trueloop.machine.identify.robust import orthonormal, without
+from trueloop.machine.identify.observations import Observations, orthonormal, without
 from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine

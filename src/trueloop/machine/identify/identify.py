@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
-from trueloop.machine.identify.observations import Observations, ranges
-from trueloop.machine.identify.robust import (
+from trueloop.machine.identify.observations import (
+    Observations,
     constants_of,
     determined_zeros,
     instrument_columns,
     least_squares,
     orthonormal,
+    ranges,
     robust_solution,
     slope_columns,
     without,

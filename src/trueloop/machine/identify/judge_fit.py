@@ -17,8 +17,14 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.machine.identify.identify import Identification, values_weight, weighted_rows
-from trueloop.machine.identify.observations import Observations
-from trueloop.machine.identify.robust import instrument_columns, orthonormal, slope_columns, without, zero_columns
+from trueloop.machine.identify.observations import (
+    Observations,
+    instrument_columns,
+    orthonormal,
+    slope_columns,
+    without,
+    zero_columns,
+)
 from trueloop.machine.model.model import MachineModel
 from trueloop.statistics import rms
 from trueloop.units import MM_PER_INCH, UM_PER_MM, URAD_PER_RAD

@@ -15,8 +15,7 @@ from trueloop.estimate.places import Observed
 from trueloop.estimate.state import Normal, State
 from trueloop.memory.edge.refuse import FIRST, by_itself, flags, nearest_rad, refuse, refuse_gain, up_to
 from trueloop.memory.edge.state import TOOL, KnownEdge, MemoryOptions, cut_of, known_edge, observed
-from trueloop.memory.expected import Expected
-from trueloop.memory.made_part import CutErrors, MadePart
+from trueloop.memory.made_part import CutErrors, Expected, MadePart
 
 FEW_PARTS: Final = 3
 """With fewer inspected parts the sizes of the terms are known so badly that bands are widened."""

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.nc.match.cutting_edge import SidesOfCuts
+from trueloop.nc.match.cutters import SidesOfCuts
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.tool_path import Motion, ToolPath
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.nc.edit.changes import is_made, is_shaped, is_wordless
 from trueloop.nc.edit.edit import Edit, circle_text, coordinate_text, insert_blocks_after, number_said
-from trueloop.nc.edit.shape_words import is_made, is_shaped, is_wordless
 from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import INVERSE_TIME, Motion, ToolPath

@@ -14,9 +14,8 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.nc.edit.changes import composed, otherwise
+from trueloop.nc.edit.changes import ANGLES, asks_every_corner, composed, is_made, is_shaped, is_wordless, otherwise
 from trueloop.nc.edit.edit import Edit, apply_edits
-from trueloop.nc.edit.shape_words import ANGLES, asks_every_corner, is_made, is_shaped, is_wordless
 from trueloop.nc.expand.block import chords_of_one, makes_spline
 from trueloop.nc.expand.loops import loops_written_out
 from trueloop.nc.expand.moves import Explicit

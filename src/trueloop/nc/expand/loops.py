@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.errors import TrueloopError
+from trueloop.nc.edit.changes import is_shaped
 from trueloop.nc.edit.edit import Edit, coordinate_text, line_ending
-from trueloop.nc.edit.shape_words import is_shaped
 from trueloop.nc.expand.block import feed_word, g_code, g_digits, refusal
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import INVERSE_TIME, Motion, ToolPath

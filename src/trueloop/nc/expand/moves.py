@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.nc.edit.changes import ENDS, EVERY_CORNER, is_made, shaping_words
 from trueloop.nc.edit.edit import Edit, coordinate_text, line_ending, number, number_said, word_with
-from trueloop.nc.edit.shape_words import ENDS, EVERY_CORNER, is_made, shaping_words
 from trueloop.nc.expand.block import (
     OUT,
     circle_words,

@@ -16,7 +16,7 @@ from trueloop.geometry.intersection import intersections
 from trueloop.geometry.offset import contour_from_centre_path
 from trueloop.geometry.profile import SQUARE, Profile, Side, junctions_of, named_by_kind
 from trueloop.geometry.validate import GAP_MM, checked_profile, runs_as
-from trueloop.nc.match.cutting_edge import SidesOfCuts
+from trueloop.nc.match.cutters import SidesOfCuts
 from trueloop.nc.program.along import FeedMove, moves_of_one_kind
 from trueloop.nc.program.tool_path import NO_COMPENSATION
 from trueloop.wording import wording

@@ -16,8 +16,7 @@ from trueloop.geometry.feature import Feature, Line, Point
 from trueloop.geometry.intersection import intersections
 from trueloop.geometry.offset import from_to
 from trueloop.geometry.profile import APART_MM, Junction, JunctionKind, Profile, junctions_of
-from trueloop.nc.match.cutters import Cutters
-from trueloop.nc.match.cutting_edge import CuttingEdge
+from trueloop.nc.match.cutters import Cutters, CuttingEdge
 
 IN_LINE_MM = 1e-3
 """Two features lie on one line when their ends do, as nearly as coordinates are written."""

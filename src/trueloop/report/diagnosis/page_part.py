@@ -14,7 +14,7 @@ from trueloop.report.diagnosis.causes import (
     verdict,
     with_u,
 )
-from trueloop.report.diagnosis.figures import COVERAGE, SHOWN, fixturing_figure, series_figure
+from trueloop.report.diagnosis.figures import COVERAGE, SHOWN, fixturing_figure, series_figure, surface_figures
 from trueloop.report.diagnosis.shapes import (
     FeatureErrorShape,
     FeatureMeansShape,
@@ -28,7 +28,6 @@ from trueloop.report.diagnosis.shapes import (
     PointShape,
     SeriesDiagnosisShape,
 )
-from trueloop.report.diagnosis.surfaces import surface_figures
 from trueloop.report.markup import esc, figure_block, html_page, on_screen, section, table
 from trueloop.report.texts.texts import ENGLISH, Texts
 

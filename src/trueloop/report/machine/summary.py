@@ -11,7 +11,7 @@ from trueloop.machine.identify.identify import Identification
 from trueloop.machine.identify.judge_fit import HeldOut
 from trueloop.machine.model.history import Lag
 from trueloop.machine.standards import JudgedPattern, Positioning
-from trueloop.report.diagnosis.surfaces import surface_figures
+from trueloop.report.diagnosis.figures import surface_figures
 from trueloop.report.diagnosis.values import point_shape
 from trueloop.report.machine.positioning import POINTS, drift_figure, scale_of, values_of
 from trueloop.report.markup import esc, figure_block, html_page, section, table

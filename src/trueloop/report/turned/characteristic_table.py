@@ -7,7 +7,7 @@ from typing import Final
 from trueloop.domain.characteristic import Characteristic, Judged, Judgement, Quantity, Verdict
 from trueloop.report.markup import esc, table
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.turned.error_curve.budget import coverage_factor
+from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.wording import wording
 
 SIGNS: Final = {"in": "✓", "out": "✗", "undecided": "?"}

@@ -33,7 +33,7 @@ from trueloop.report.turned.shapes import (
 from trueloop.report.turned.summary import header, headline
 from trueloop.report.turned.touch_table import touch_rows
 from trueloop.statistics import rms
-from trueloop.turned.error_curve.budget import coverage_factor
+from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.units import UM_PER_MM
 
 

@@ -26,7 +26,7 @@ from trueloop.report.turned.remembered import memory_section
 from trueloop.report.turned.sources import sources_section
 from trueloop.report.turned.summary import feature_table, header, header_fields, offset_words, to_run, verdict
 from trueloop.report.turned.touch_table import composed_section, touches_csv, touches_table
-from trueloop.turned.error_curve.budget import coverage_factor
+from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.turned.error_curve.junctions import DisplacedJunction, Tangency
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording

@@ -6,14 +6,13 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.geometry.feature import is_curved
-from trueloop.loops.turned.correction import Correction
-from trueloop.loops.turned.from_memory import FromMemory
-from trueloop.memory.expected import Expected
+from trueloop.loops.turned.correction import Correction, FromMemory
+from trueloop.memory.made_part import Expected
 from trueloop.report import style
 from trueloop.report.markup import esc, section, table
 from trueloop.report.style import Figure, Trace
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.turned.error_curve.budget import coverage_factor
+from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.units import UM_PER_MM
 

@@ -10,7 +10,7 @@ from trueloop.report.markup import esc, section, table
 from trueloop.report.still import svg
 from trueloop.report.style import Figure, Trace
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.turned.error_curve.budget import coverage_factor
+from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.units import UM_PER_MM
 
 ROW_PX: Final = 17

@@ -18,7 +18,7 @@ from trueloop.arrays import Array, Flags, Integers
 from trueloop.domain.record import ChangedWord, check_uncorrected, marks_of_record
 from trueloop.errors import Code, Finding
 from trueloop.geometry.surface import Surface, closest
-from trueloop.nc.edit.changes import changes, insert_heading, not_as_intended, verify_written
+from trueloop.nc.edit.changes import changes, insert_heading, not_as_intended, require_own_shape, verify_written
 from trueloop.nc.edit.edit import (
     Edit,
     apply_edits,
@@ -28,7 +28,6 @@ from trueloop.nc.edit.edit import (
     insert_word,
     line_texts,
 )
-from trueloop.nc.edit.shape_words import require_own_shape
 from trueloop.nc.program.along import points_along, said_ends
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion, ToolPath

@@ -7,7 +7,7 @@ import numpy as np
 
 from trueloop.arrays import Array, by_content
 from trueloop.turned.compensation.contour import CentrePiece
-from trueloop.turned.error_curve.budget import Budget
+from trueloop.turned.error_curve.curve import Budget
 
 
 @by_content

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from trueloop.errors import TrueloopError
 from trueloop.geometry.profile import Profile
-from trueloop.turned.error_curve.budget import student_t_factor
+from trueloop.turned.error_curve.curve import student_t_factor
 from trueloop.turned.error_curve.uncertainty import FittedChains, finish
 from trueloop.turned.fit.fit_chains import Known, fit_chains, fit_touched
 from trueloop.turned.fit.options import FitOptions

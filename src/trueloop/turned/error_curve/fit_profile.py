@@ -24,7 +24,7 @@ from trueloop.turned.error_curve.uncertainty import FittedChains, finish, with_l
 from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, nose_on_part
 from trueloop.turned.fit.fit_chains import fit_chains
-from trueloop.turned.fit.nose_model import NoseModel
+from trueloop.turned.fit.nose_fit import NoseModel
 from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.fit.prior.part_state import part_state
 from trueloop.turned.fit.prior.remembered_fit import Remembered

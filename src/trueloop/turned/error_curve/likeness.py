@@ -29,7 +29,7 @@ from scipy.special import erf
 
 from trueloop.arrays import Array
 from trueloop.estimate.weights import probabilities
-from trueloop.turned.error_curve.budget import COVERAGE, coverage_factor
+from trueloop.turned.error_curve.curve import COVERAGE, coverage_factor
 from trueloop.turned.fit.chain_fit import ChainFit
 from trueloop.turned.fit.spline import SplineFit
 from trueloop.turned.touches.error_vectors import ErrorVectors

@@ -16,6 +16,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code
 from trueloop.geometry.feature import Point
+from trueloop.nc.edit.changes import require_own_shape
 from trueloop.nc.edit.edit import (
     Edit,
     circle_text,
@@ -26,7 +27,6 @@ from trueloop.nc.edit.edit import (
     replace_block,
     rounded_mm,
 )
-from trueloop.nc.edit.shape_words import require_own_shape
 from trueloop.nc.expand.block import late_codes
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, CoordinateState, Motion, ToolPath

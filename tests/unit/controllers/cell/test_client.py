@@ -12,11 +12,10 @@ from typing import Any
 
 import pytest
 
-from trueloop.controllers.linuxcnc.cell.client import Client, Pace
+from trueloop.controllers.linuxcnc.cell.client import Client, Offered, Pace, RefusedError, Service
 from trueloop.controllers.linuxcnc.cell.decide import ControlNow, Doing, Patience
 from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal
 from trueloop.controllers.linuxcnc.cell.linuxcnc import EMPTY
-from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service
 from trueloop.domain.factory import FactKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.witness import witnessed

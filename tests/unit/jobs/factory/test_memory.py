@@ -11,7 +11,7 @@ from trueloop.factory.shown.machines import tool_rows
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.tool_life import tool_memory
-from trueloop.loops.turned.stored import enveloped
+from trueloop.loops.turned.provenance import enveloped
 from trueloop.memory.edge.learnt import learnt
 from trueloop.storage.store import Store, keep, open_store
 

@@ -10,8 +10,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.estimate.catalogue import PRIORS
 from trueloop.memory.edge.predict import expect, innovations, predict
 from trueloop.memory.edge.state import MemoryOptions, known_edge, observed
-from trueloop.memory.expected import Expected
-from trueloop.memory.made_part import CutErrors, MadePart
+from trueloop.memory.made_part import CutErrors, Expected, MadePart
 
 
 def unfinished(part: MadePart) -> MadePart:

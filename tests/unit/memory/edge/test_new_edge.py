@@ -14,8 +14,7 @@ from trueloop.estimate.places import joined
 from trueloop.estimate.state import State
 from trueloop.memory.edge.predict import expect
 from trueloop.memory.edge.state import MemoryOptions
-from trueloop.memory.expected import Expected
-from trueloop.memory.made_part import CutErrors, MadePart
+from trueloop.memory.made_part import CutErrors, Expected, MadePart
 
 CHANGED_MM = 0.006 * np.cos(2.0 * ANGLES) - 0.012 * np.sin(ANGLES)
 """The new edge's form and setting, less those of the edge before."""

@@ -14,8 +14,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.memory.edge.predict import enough_touches, expect, latest, predict
 from trueloop.memory.edge.refuse import is_seen
 from trueloop.memory.edge.state import MemoryOptions
-from trueloop.memory.expected import Expected
-from trueloop.memory.made_part import CutErrors, MadePart
+from trueloop.memory.made_part import CutErrors, Expected, MadePart
 
 HISTORY = series(5)
 LAST = replace(series(6)[-1], finish=None, correction_mm=None)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trueloop.memory.level.whitening import monitor
+from trueloop.memory.level.kalman import monitor
 
 
 def test_the_monitor_speaks_where_chance_would_hardly_do_it() -> None:

@@ -7,8 +7,21 @@ from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.dmis.features import WORDS, Feature, feature_of
-from trueloop.formats.inspections.dmis.runs import Actual, Heading, Notes, Run, RunResult, shared, with_date, with_time
-from trueloop.formats.inspections.dmis.tolerances import BETWEEN, Result, Tolerance, result_of, tolerance_of
+from trueloop.formats.inspections.dmis.runs import (
+    BETWEEN,
+    Actual,
+    Heading,
+    Notes,
+    Result,
+    Run,
+    RunResult,
+    Tolerance,
+    result_of,
+    shared,
+    tolerance_of,
+    with_date,
+    with_time,
+)
 from trueloop.formats.inspections.dmis.words import (
     FIRST,
     PLANES,

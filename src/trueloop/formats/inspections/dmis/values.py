@@ -10,8 +10,7 @@ from typing import Final, Literal
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import CmmPoint, Reading, Vector
 from trueloop.formats.inspections.dmis.features import POINTS, Feature, Side
-from trueloop.formats.inspections.dmis.runs import Actual, Notes, Run, RunResult
-from trueloop.formats.inspections.dmis.tolerances import (
+from trueloop.formats.inspections.dmis.runs import (
     AXES,
     BETWEEN,
     DISTANCES,
@@ -19,7 +18,11 @@ from trueloop.formats.inspections.dmis.tolerances import (
     QUANTITIES,
     STATED,
     ZONES,
+    Actual,
+    Notes,
     Result,
+    Run,
+    RunResult,
     Tolerance,
 )
 from trueloop.formats.inspections.dmis.words import key_of

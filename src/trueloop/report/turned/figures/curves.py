@@ -14,8 +14,7 @@ from trueloop.report.markup import esc, table
 from trueloop.report.still import svg
 from trueloop.report.style import Figure, Trace, plain
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.turned.error_curve.budget import coverage_factor
-from trueloop.turned.error_curve.curve import ErrorCurve
+from trueloop.turned.error_curve.curve import ErrorCurve, coverage_factor
 from trueloop.units import UM_PER_MM
 
 SAMPLES: Final = 161

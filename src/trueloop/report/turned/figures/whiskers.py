@@ -29,7 +29,7 @@ from trueloop.report.turned.figures.part_drawing import (
     with_wall_mm,
 )
 from trueloop.turned.compensation.prediction import Prediction
-from trueloop.turned.error_curve.budget import coverage_factor
+from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.units import UM_PER_MM
 
 WIDTH: Final = 980
