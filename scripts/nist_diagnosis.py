@@ -20,7 +20,7 @@ from trueloop.report.style import plain, signed
 from trueloop.units import UM_PER_MM
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "nist-diagnosis.md"
-HEAD: Final = """# What the diagnosis says of NIST's metal
+HEAD: Final = """# What the diagnosis reports for NIST's metal
 
 NISTIR 6811 reports fourteen parts, each touched on the machine after the semi-finish cut and again after a finish cut
 that NIST had corrected. Its authors say what they did to them: tapers cut on purpose on FACETST and on some MODBAS2

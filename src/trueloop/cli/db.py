@@ -154,12 +154,12 @@ class Meant:
     """Facts that inspection files lack."""
 
     job: Annotated[
-        Path | None, option("The job whose part was measured.  [default: what the file says]", "--job", "-j")
+        Path | None, option("The job whose part was measured.  [default: as the file states]", "--job", "-j")
     ] = None
     serial: Annotated[str, option("Serial number of the part.  [default: the file's, the job's, the label's]")] = ""
-    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]")] = None
+    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: as it states]")] = None
     mapping: Annotated[
-        Path | None, option("TOML file that says what columns, variables and names mean.", "--mapping", "-m")
+        Path | None, option("TOML file that states what columns, variables and names mean.", "--mapping", "-m")
     ] = None
     ignore_labels: Annotated[
         bool, option("Take a label in a file's name for no statement about the part.", "--ignore-labels")

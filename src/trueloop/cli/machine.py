@@ -110,7 +110,7 @@ def numbered(texts: "Sequence[str]", option: str) -> "dict[int, Vector]":
 def accept(
     model: ModelFile,
     out: Annotated[Path, option("The accepted model.", "--out", "-o", metavar="NEW.json")],
-    why: Annotated[str, option("Why it is accepted.  [default: not said]")] = "",
+    why: Annotated[str, option("Why it is accepted.  [default: not stated]")] = "",
     who: Annotated[str, option("Who accepts it.  [default: the user]")] = "",
     db: Db = None,
     no_store: NoStore = False,
@@ -142,7 +142,7 @@ class InMachine:
     tool: Annotated[
         list[str] | None,
         option(
-            "Tool point from the last axis' frame, mm; T is * for all.  [default: 0, or as --offsets says]",
+            "Tool point from the last axis' frame, mm; T is * for all.  [default: 0, or as --offsets states]",
             metavar="T=X,Y,Z",
         ),
     ] = None

@@ -34,12 +34,14 @@ def new(
         Path | None, option("DXF drawing or STEP solid of the part.  [default: as the program cuts it]")
     ] = None,
     nose_radius_mm: Annotated[
-        float | None, option("Radius of the finishing tool's nose.  [asked for]", callback=not_negative)
+        float | None, option("Radius of the finishing tool's nose.  [prompted for]", callback=not_negative)
     ] = None,
-    name: Annotated[str | None, option("What the part is called.  [asked for; default: the program's name]")] = None,
+    name: Annotated[str | None, option("Name of the part.  [prompted for; default: the program's name]")] = None,
     measured: Annotated[
         Literal["gauge", "points"] | None,
-        option("With a micrometer (gauge), or by a probe or measuring machine (points).  [asked for; default: gauge]"),
+        option(
+            "With a micrometer (gauge), or by a probe or measuring machine (points).  [prompted for; default: gauge]"
+        ),
     ] = None,
     folder: Annotated[Path | None, option("Where the job goes.  [default: a folder with the part's name]")] = None,
     tool: Annotated[int | None, option("Number of the tool's offset at the control.", min=1)] = None,

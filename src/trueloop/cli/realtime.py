@@ -196,7 +196,7 @@ class OfTable:
         str | None,
         option(
             "Machine coordinates of the program's zero, X as a radius, mm: work offset plus tool offset.  "
-            "[default: as [machine] of the job says]",
+            "[default: as [machine] of the job states]",
             metavar="X,Z",
         ),
     ] = None

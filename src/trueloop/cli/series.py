@@ -28,11 +28,11 @@ class FileFacts:
     """Facts that the files do not state."""
 
     part_type: Annotated[
-        str | None, option("Name of the part type.  [default: what the file says]", "--type", "-t")
+        str | None, option("Name of the part type.  [default: as the file states]", "--type", "-t")
     ] = None
     serial: Annotated[str | None, option("Serial number, of a file of one part without.")] = None
-    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]")] = None
-    mapping: Annotated[Path | None, option("TOML file that says what columns and names mean.", "--mapping", "-m")] = (
+    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: as it states]")] = None
+    mapping: Annotated[Path | None, option("TOML file that states what columns and names mean.", "--mapping", "-m")] = (
         None
     )
     take_nominal: Annotated[
@@ -188,7 +188,7 @@ class Offset:
     ] = None
     control: Annotated[Control | None, option("Write the offset in this control's words.  [default: the job's]")] = None
     table: Annotated[Path | None, option("Write a copy of this tool table with the offset in it.")] = None
-    table_unit: Annotated[Literal["mm", "inch"] | None, option("Unit of a table that does not say its own.")] = None
+    table_unit: Annotated[Literal["mm", "inch"] | None, option("Unit of a table that does not state its own.")] = None
     x_is: Annotated[
         Literal["radius", "diameter"] | None,
         option("How the control counts offsets on X.  [default: as the job's program]"),
@@ -220,7 +220,7 @@ def accept(
     db: Db = None,
     as_json: AsJson = False,
 ) -> None:
-    """Accept a proposal: from now on parts are taken as cut with it. Writes its tool offset where that is asked for."""
+    """Accept a proposal: from now on parts are taken as cut with it. Writes its tool offset where that is requested."""
     from trueloop.jobs.series import accepted
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.series import SeriesOptions

@@ -27,7 +27,7 @@ Control = Literal["fanuc", "haas", "siemens", "heidenhain", "linuxcnc", "ge2000t
 
 UnitOption = Annotated[
     Literal["mm", "inch"] | None,
-    option("Unit of a table that does not say its own.  [default: what the table says]", "--unit"),
+    option("Unit of a table that does not state its own.  [default: as the table states]", "--unit"),
 ]
 
 Seed = Annotated[int, option("Seed of the random errors: the same gives the same part.", "--seed", min=0)]

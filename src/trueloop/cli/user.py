@@ -28,7 +28,7 @@ def add(
     password_stdin: FromStdin = False,
     db: Db = None,
 ) -> None:
-    """Make an account. The password is asked for, twice."""
+    """Make an account. The password is prompted for, twice."""
     store = _store(db)
     from trueloop.jobs.user import user_name
     from trueloop.server.identity.accounts import NewAccount, add_account
@@ -87,7 +87,7 @@ def link(
 
 @app.command()
 def password(name: Name, password_stdin: FromStdin = False, db: Db = None) -> None:
-    """Give an account a new password, which is asked for. Its sessions end."""
+    """Give an account a new password, which is prompted for. Its sessions end."""
     _changed(name, db, password=_password(password_stdin))
 
 

@@ -40,7 +40,7 @@ class CellTable(Table):
     key: Text = "cell.key"
     """A file with the key that `trueloop key add` printed; nobody else may read it."""
     certificates: str = ""
-    """A PEM file of the authority that vouches for the service; left out, the system's are asked."""
+    """A PEM file of the authority that vouches for the service; left out, the system's are used."""
     journal: Text = "cell.journal"
     """The cell's facts, and those still to be sent. Never delete it while a run is in hand."""
 

@@ -19,7 +19,7 @@ MappingOutput = Annotated[
     Path | None, option("Mapping to write.  [default: FILE.map.toml beside it]", "--output", "-o")
 ]
 Sheet = Annotated[str, option("Sheet of a workbook.  [default: the only one with headings]", "--sheet")]
-Unit = Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]", "--unit")]
+Unit = Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: as it states]", "--unit")]
 Columns = Annotated[
     list[str] | None,
     option(
@@ -155,7 +155,7 @@ def sheet(job: Job, output: SheetOutput = None) -> None:
 File = Annotated[Path, argument("What a gauge, a measuring machine or a control wrote.", metavar="FILE")]
 Output = Annotated[Path, option("File to write: QIF 3.0 (.qif), Q-DAS (.dfq) or DMIS (.dmo).", "--output", "-o")]
 Mapping = Annotated[
-    Path | None, option("TOML file that says what columns, variables and names mean.", "--mapping", "-m")
+    Path | None, option("TOML file that states what columns, variables and names mean.", "--mapping", "-m")
 ]
 
 

@@ -27,9 +27,9 @@ Output = Annotated[
 class Meant:
     """Options for information missing in a file, and the choice of its inspections."""
 
-    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: what it says]")] = None
+    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: as it states]")] = None
     mapping: Annotated[
-        Path | None, option("TOML file that says what columns, variables and names mean.", "--mapping", "-m")
+        Path | None, option("TOML file that states what columns, variables and names mean.", "--mapping", "-m")
     ] = None
     serial: Annotated[str | None, option("Serial number of the part.  [default: all]")] = None
     run: Annotated[int | None, option("Which inspection of the file.  [default: all]", min=1)] = None

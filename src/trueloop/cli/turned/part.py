@@ -101,7 +101,7 @@ class Drawing:
 
     side: OfSide = "outside"
     layer: Annotated[str | None, option("Layer to read.  [default: all]")] = None
-    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of the drawing.  [default: what it says]")] = None
+    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of the drawing.  [default: as it states]")] = None
     x_is: Annotated[Literal["radius", "diameter"], option("Whether the drawing's x is a radius.")] = "radius"
     outline: Annotated[int | None, option("Which contour, where that side has several.", min=1)] = None
     zero: Annotated[Literal["drawing", "free-end", "chuck-end"], option("From where z is counted.")] = "drawing"

@@ -31,12 +31,12 @@ class GaugingTable(Table):
     readings_unit: Literal["mm", "inch"] | None = None
     """Unit of lengths in files of readings that do not state it: `"mm"` or `"inch"`."""
     readings_mapping: Path | None = None
-    """TOML file that says what the columns, variables and names of files of readings mean
+    """TOML file that states what the columns, variables and names of files of readings mean
     ([measurements.md](measurements.md#tables-by-mapping)); `trueloop measure map` proposes one.
     """
     after_record: Path | None = None
     """Record (`record.json`) of the last correction of this process: measurements from before it are refused. A
-    finished part is taken as cut with it, unless `programs.cut_with` says otherwise.
+    finished part is taken as cut with it, unless `programs.cut_with` states otherwise.
     """
     probe: Path | None = None
     """The probe's file (`docs/probing.md`): needed to plan touches, to write probing programs and to read their logs.

@@ -67,7 +67,7 @@ class PointsTable(Table):
     through: Annotated[tuple[Point, ...], Field(min_length=1), In("`unit`")]
     """The points `[[x, z], [x, z]]` in order, from where the feature starts to its end; these two need not be in it."""
     tolerance: Annotated[Positive, In("`unit`")]
-    """How far the curve may be from a point. The report says how far it is."""
+    """How far the curve may be from a point. The report states how far it is."""
 
 
 class FeatureTable(Table):
@@ -126,7 +126,7 @@ class CharacteristicTable(Table):
     nominal: Annotated[Finite | None, In("`unit`; degrees")] = None
     """As on the drawing; left out, the value of the profile there."""
     tolerance: str | None = None
-    """As the drawing says it: `"h6"`, `"±0.02"`, `"+0.01/-0.02"` (in `unit`; degrees of an angle), `"ISO 2768-m"`."""
+    """As the drawing states it: `"h6"`, `"±0.02"`, `"+0.01/-0.02"` (in `unit`; degrees of an angle), `"ISO 2768-m"`."""
     lower_limit: Annotated[Finite | None, In("`unit`; degrees")] = None
     """Instead of `tolerance`: the smallest size."""
     upper_limit: Annotated[Finite | None, In("`unit`; degrees")] = None
@@ -174,7 +174,7 @@ class PartTable(Table):
     """The features in order, of an outside from the chuck end to the free end: `[[part.feature]]` below."""
     dxf: Path | None = None
     """A DXF drawing of the part: an open profile, a half section, a section with hatching, a view of both halves, or a
-    sheet of them. `side` says whether its outside or its bore is read.
+    sheet of them. `side` states whether its outside or its bore is read.
     """
     dxf_layer: str | None = None
     """The layer of the drawing to read, capital letters or not; left out, the whole drawing is."""
