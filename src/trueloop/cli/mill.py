@@ -207,6 +207,12 @@ def _notes(job: "MilledJob", proposal: "Proposal") -> list[str]:
         f"{name}: far off what tools and work offsets explain; it has no part in these numbers, measure it again"
         for name in proposal.unlike
     ]
+    for each in proposal.contradictory:
+        low, high = (f"{UM_PER_MM * value:+.1f}" for value in each.between_mm)
+        notes.append(
+            f"{each.name}: {each.readings} readings on part {each.serial!r}, {low} to {high} µm, contradict each "
+            "other; they have no part in these numbers, measure it again"
+        )
     notes += [
         f"{entry.words}: only {name} shows it, read once; a chip there would be entered too: measure it a second time"
         for entry, name in proposal.by_one_reading.items()
@@ -254,6 +260,15 @@ def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
             {**_feature_as_dict(one), "line": job.cut.lines.get(one.name)} for one in job.cut.features.values()
         ],
         "unlike": list(proposal.unlike),
+        "contradictory": [
+            {
+                "name": one.name,
+                "part": one.serial,
+                "readings": one.readings,
+                "between_um": [UM_PER_MM * value for value in one.between_mm],
+            }
+            for one in proposal.contradictory
+        ],
         "by_one_reading": {entry.words: name for entry, name in proposal.by_one_reading.items()},
         "unused": list(job.unused),
     }

@@ -18,10 +18,19 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Judgement
-from trueloop.estimate.sizes import FAR, fitted_sizes
+from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import Key, State
-from trueloop.milled.entry import PARTS_FOR_SIZES, PLAINEST, SHOWS, Entered, Entry, Part, require_as_stated
-from trueloop.milled.observed import LASTING, ObservedSize, milled_catalogue, places_of
+from trueloop.milled.entry import (
+    PARTS_FOR_SIZES,
+    PLAINEST,
+    SHOWS,
+    Contradictory,
+    Entered,
+    Entry,
+    Part,
+    require_as_stated,
+)
+from trueloop.milled.observed import LASTING, ObservedSize, milled_catalogue, odd_features, places_of
 from trueloop.statistics import rms
 from trueloop.tolerances.conformance import judge
 
@@ -59,13 +68,15 @@ class ExpectedSize:
 class Proposal:
     """The answer for the next part. `unlike`: features so far off what tools and work offsets explain, by a chip, a
     recut or an error of their own, that they have no part in the entries. `by_one_reading`: proposed entries that a
-    single reading shows, with its name: a chip there is entered as well.
+    single reading shows, with its name: a chip there is entered as well. `contradictory`: sizes whose readings on one
+    part contradict each other; they have no part in the entries.
     """
 
     proposed: tuple[ProposedEntry, ...]
     expected: tuple[ExpectedSize, ...]
     unlike: tuple[str, ...]
     by_one_reading: Mapping[Entry, str]
+    contradictory: tuple[Contradictory, ...]
 
     @property
     def rms_mm(self) -> tuple[float, float]:
@@ -85,7 +96,10 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
 
     `possible` are those that the control can be given.
     """
-    catalogue = milled_catalogue()
+    catalogue, shown = milled_catalogue(), _together(parts)
+    contradictory = [part.contradictory() for part in parts]
+    parts = [part.without({one.name for one in own}) for part, own in zip(parts, contradictory, strict=True)]
+    readings = Counter(one.name for part in parts for one in part.shown)
     require_as_stated(parts, possible)
     values = [part.as_first_set() for part in parts]
     sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
@@ -95,10 +109,11 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         scales = {key: scale for key, scale in scales.items() if key[0] in LASTING} | dict(updated.scales)
         state = updated.state.without_parts()
     last = parts[-1]
-    shown = _together(parts)
     places, functional = places_of(tuple(shown.values()), part_type, int(last.observed.places.number("part")[0]) + 1)
-    unlike = dict.fromkeys(key[-1] for key, scale in scales.items() if scale >= FAR)
-    alike = [all(feature.name not in unlike for feature in one.features) for one in shown.values()]
+    unlike = odd_features(scales)
+    alike = [
+        readings[one.name] > 0 and all(feature.name not in unlike for feature in one.features) for one in shown.values()
+    ]
     weight = _weights(list(shown.values())) * alike
     aim = np.array([one.aim_mm for one in shown.values()])
     lasting = state.predict(places, functional, LASTING, repeatability=False)
@@ -121,14 +136,15 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         ExpectedSize(one, measured.get(one.name), *(_judged(one, value[k], u[k]) for value in (now, after)))
         for k, one in enumerate(shown.values())
     )
-    readings = Counter(one.name for part in parts for one in part.shown)
     by_one = dict[Entry, str]()
     for entry in (one.entry for one in proposed):
         moved = np.abs(effects[entry]) * alike
         names = [name for name, each in zip(shown, moved, strict=True) if each > SHOWS * np.max(moved)]
         if len(names) == 1 and readings[names[0]] == 1:
             by_one[entry] = names[0]
-    return Proposal(tuple(proposed), expected, tuple(unlike), by_one)
+    return Proposal(
+        tuple(proposed), expected, tuple(unlike), by_one, tuple(one for own in contradictory for one in own)
+    )
 
 
 def _weights(shown: Sequence[ObservedSize]) -> Array:

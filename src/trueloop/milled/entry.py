@@ -14,7 +14,7 @@ other sign.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
@@ -23,9 +23,9 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code
 from trueloop.estimate.places import Observed, Places
-from trueloop.estimate.sizes import FAR, fitted_sizes
+from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import State, Updated
-from trueloop.milled.observed import ObservedSize, milled_catalogue, shift_basis, turn_basis, wall_share
+from trueloop.milled.observed import ObservedSize, milled_catalogue, odd_features, shift_basis, turn_basis, wall_share
 from trueloop.units import UM_PER_MM
 
 Register: TypeAlias = Literal["radius", "length", "x", "y", "z", "turn"]
@@ -78,6 +78,48 @@ class Part:
         effect = sum((value * one.basis(self.observed.places) for one, value in self.in_force.items()), np.zeros(1))
         known = self.observed.of(np.broadcast_to(effect, len(self.observed.places)))
         return replace(self.observed, value_mm=self.observed.value_mm - known)
+
+    def contradictory(self) -> tuple["Contradictory", ...]:
+        """Returns the sizes and coordinates that were read several times with values further apart than surfaces and
+        instrument explain.
+        """
+        rows_of = dict[str, list[int]]()
+        for k, one in enumerate(self.shown):
+            rows_of.setdefault(one.name, []).append(k)
+        again = [rows for rows in rows_of.values() if len(rows) > 1]
+        if not again:
+            return ()
+        value = self.observed.value_mm
+        state = State.before(milled_catalogue()).at(self.observed.places)
+        follows, noise = self.observed.of(state.design(self.observed.places)), state.noise_mm2(self.observed)
+        found = list[Contradictory]()
+        for rows in again:
+            low, high = min(rows, key=value.__getitem__), max(rows, key=value.__getitem__)
+            apart = follows[[high]] - follows[[low]]
+            variance = state.covariance_of(apart)[0, 0] + noise[low, low] + noise[high, high] - 2.0 * noise[low, high]
+            if (value[high] - value[low]) ** 2 > CONTRADICTED * variance:
+                limits_mm = (float(value[low]), float(value[high]))
+                found.append(Contradictory(self.shown[low].name, self.serial, len(rows), limits_mm))
+        return tuple(found)
+
+    def without(self, names: Collection[str]) -> "Part":
+        """Returns the part without the readings of some sizes and coordinates."""
+        rows = [k for k, one in enumerate(self.shown) if one.name not in names]
+        own = self.observed
+        observed = replace(
+            own, value_mm=own.value_mm[rows], standard_u_mm=own.standard_u_mm[rows], functional=own.matrix[rows]
+        )
+        return replace(self, shown=tuple(self.shown[k] for k in rows), observed=observed)
+
+
+@dataclass(frozen=True)
+class Contradictory:
+    """A size or coordinate that was read several times on a part: the lowest and the highest deviation, mm."""
+
+    name: str
+    serial: str
+    readings: int
+    between_mm: tuple[float, float]
 
 
 PARTS_FOR_SIZES: Final = 3
@@ -172,11 +214,11 @@ def _seen(part: Part, updated: Updated, moved: Entered) -> _Seen | None:
     places = part.observed.places
     effect = sum((value * one.basis(places) for one, value in moved.items()), np.zeros(len(places)))
     displaced = np.asarray(part.observed.of(effect))
-    largest = float(np.max(np.abs(displaced)))
+    largest = float(np.max(np.abs(displaced), initial=0.0))
     if largest < LEAST_MM:
         return None
     shows = np.abs(displaced) > SHOWS * largest
-    odd = {key[-1] for key, scale in updated.scales.items() if scale >= FAR}
+    odd = odd_features(updated.scales)
     alike = np.array([all(feature.name not in odd for feature in one.features) for one in part.shown])
     rows = shows & alike if 2 * np.count_nonzero(shows & alike) > np.count_nonzero(shows) else shows
     d = displaced[rows]

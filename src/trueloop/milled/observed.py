@@ -23,6 +23,8 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.errors import Code
 from trueloop.estimate.places import Observed, Places
+from trueloop.estimate.sizes import FAR
+from trueloop.estimate.state import Key
 from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
 from trueloop.milled.feature import PAIRS, MilledFeature
 
@@ -248,19 +250,19 @@ PRIORS: Final = {
 """Standard deviations in mm, of turns in rad."""
 
 TAIL: Final = 3.0
-"""Degrees of freedom of a feature's own error: a chip in a bore, a wall recut."""
+"""Degrees of freedom of what a person sets and of a feature's own error: a wrong value typed for a new tool, a chip in
+a bore. Both have tails: of a large deviation the likelier one is the cause, and no part of it the other.
+"""
 
 
 @cache
 def milled_catalogue() -> Catalogue:
     """Returns the terms; one catalogue for all parts."""
     terms = (
-        Term(
-            name="tool radius", scope=("tool",), basis=_wall, spread=_flat("radius"), step=_flat("wear"), clock="order"
-        ),
-        Term(name="tool length", scope=("tool",), basis=_up, spread=_flat("length"), step=_flat("wear"), clock="order"),
-        Term("work offset", ("work_offset",), shift_basis, _flat("zero", 3)),
-        Term("turn of the work offset", ("work_offset",), turn_basis, _flat("turned")),
+        Term("tool radius", ("tool",), _wall, _flat("radius"), step=_flat("wear"), tail=TAIL),
+        Term("tool length", ("tool",), _up, _flat("length"), step=_flat("wear"), tail=TAIL),
+        Term("work offset", ("work_offset",), shift_basis, _flat("zero", 3), tail=TAIL),
+        Term("turn of the work offset", ("work_offset",), turn_basis, _flat("turned"), tail=TAIL),
         Term("tool pushed away", ("tool", "side"), _deep, _flat("pushed")),
         Term("size", ("part_type", "feature"), _constant, _flat("size"), tail=TAIL),
         Term("place", ("part_type", "feature"), shift_basis, _flat("place", 3), tail=TAIL),
@@ -282,6 +284,12 @@ LASTING: Final = (
     "place",
 )
 """Terms that the next part has in common with those before."""
+
+
+def odd_features(scales: Mapping[Key, float]) -> dict[str, None]:
+    """Returns the features that are far off by themselves, by the scales of their own terms' variances."""
+    own = {term.name for term in milled_catalogue().terms if "feature" in term.scope}
+    return dict.fromkeys(key[-1] for key, scale in scales.items() if key[0] in own and scale >= FAR)
 
 
 def wall_share(places: Places) -> Array:

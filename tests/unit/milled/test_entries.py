@@ -306,6 +306,71 @@ def test_a_number_that_one_reading_shows_is_told() -> None:
     assert (once.by_one_reading, twice.by_one_reading) == ({length: "floor, z"}, {})
 
 
+PLATE = frozenset(FEATURES)
+
+
+@pytest.mark.parametrize("parts", [1, 2, 3])
+@pytest.mark.parametrize(
+    ("register", "seen_on"),
+    [
+        ("length 2", PLATE),  # one plane, the pocket's floor
+        ("length 1", PLATE),  # two planes
+        ("radius 2", PLATE),  # six bores
+        ("radius 2", {"B0", "B4", "B5", *BOSSES, *PLANES}),
+        ("radius 2", {"B0", *BOSSES, *PLANES}),  # one bore
+        ("radius 1", PLATE),  # two bosses
+        ("x", PLATE),
+        ("x", {"B0"}),
+    ],
+)
+def test_an_error_of_any_size_is_entered_whole(register: str, seen_on: frozenset[str], parts: int) -> None:
+    """A tool or work offset that is newly set is 20 to 500 µm off: by geometry no deviation of 6 µm is left.
+
+    Above some 115 µm a part of it was taken for an error of the features, and the rest was entered.
+    """
+    features = {name: replace(one, tool=2) if name == "floor" else one for name, one in FEATURES.items()}
+    possible, number = (*POSSIBLE, Entry("length", "2")), 0
+    for error in (0.02, -0.06, 0.1, -0.12, 0.14, -0.16, 0.18, -0.22, 0.3, -0.5):
+        mill = Mill(scatter=1e-3, clamped=1e-3, fine_floor=True)
+        kind, _, tool = register.partition(" ")
+        if kind == "x":
+            mill.zero = (error, 0.0, 0.0)
+        else:
+            getattr(mill, kind)[int(tool)] = error
+        rng, made = np.random.default_rng(number := number + 1), list[Part]()
+        for k in range(parts):
+            readings = [one for one in mill.measured(rng, NOISE_MM) if one.feature in seen_on]
+            made.append(as_part(readings, k, {}, features=features))
+        found = propose("plate", made, possible)
+        mill.entered = {at_control(one.entry): one.change for one in found.proposed}
+        truth = replace(mill, scatter=0.0, clamped=0.0).cut(rng)
+        assert found.unlike == ()
+        for one in found.expected:
+            name, _, what = one.seen.name.partition(", ")
+            true = truth[name][{"x": 0, "y": 1, "diameter": 2, "z": 0}[what]]
+            assert abs(true - one.seen.nominal_mm) < 6e-3
+            assert abs(true - one.changed.value) < 3.5 * one.changed.standard_u
+
+
+def test_a_size_read_twice_with_values_that_contradict_each_other_is_named_and_moves_nothing() -> None:
+    """The floor, tool 2's only face, reads −15 and +100 µm: their mean was expected of the next part as 99.9 % good."""
+    readings = Mill(length={1: 0.0, 2: 0.015}, fine_floor=True).measured(np.random.default_rng(2), NOISE_MM)
+    [floor] = [one for one in readings if one.feature == "floor"]
+    features = {name: replace(one, tool=2) if name == "floor" else one for name, one in FEATURES.items()}
+    possible = (*POSSIBLE, Entry("length", "2"))
+    again = {apart: replace(floor, actual=floor.actual + apart) for apart in (0.115, 0.002)}
+    found = propose("plate", [as_part([*readings, again[0.115]], 0, {}, features=features)], possible)
+    [named] = found.contradictory
+    assert (named.name, named.serial, named.readings) == ("floor, z", "0", 2)
+    assert named.between_mm == pytest.approx((floor.actual + 15.0, floor.actual + 15.115))
+    [expected] = [one for one in found.expected if one.seen.name == "floor, z"]
+    assert found.proposed == () and expected.measured_mm is None and expected.changed.verdict == "undecided"
+    found = propose("plate", [as_part([*readings, again[0.002]], 0, {}, features=features)], possible)
+    assert found.contradictory == () and [one.entry for one in found.proposed] == [Entry("length", "2")]
+    alone = [as_part([floor, again[0.115]], 0, {}, features=features)]
+    assert propose("plate", alone, possible).proposed == ()
+
+
 def of(name: str, kind: str, direction: tuple[float, float, float], size: float = 10.0) -> MilledFeature:
     return MilledFeature(name, kind, (20.0, 5.0, 0.0), 1, "G54", size, direction, 4.0)  # type: ignore[arg-type]
 
