@@ -8,9 +8,11 @@ import pytest
 from tests.support.everyday import driven, off_mm
 from tests.support.turned_by_hand import Erring, drawn, job
 from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.machine.mapped_program import displace_program, program_obstacles
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.field.field import similarity_field
 
 T1 = (1, 1)
 SHAFT = drawn(
@@ -101,3 +103,49 @@ def test_a_control_whose_calls_are_not_looked_for_is_refused(tmp_path: Path) -> 
     with pytest.raises(TrueloopError) as refused:
         corrected(tmp_path, "okuma-lathe", FANUC, {})
     assert refused.value.code is Code.NC_DIALECT
+
+
+@pytest.mark.parametrize(
+    ("dialect", "main", "name", "called", "written"),
+    [
+        (
+            "heidenhain",
+            "0 BEGIN PGM A MM\n1 L X+1 Y+2 Z+9 R0 FMAX\n2 CALL PGM TNC:\\P\\B.H\n3 L X+7 FMAX\n4 END PGM A MM\n",
+            "b.h",
+            "0 BEGIN PGM B MM\n1 L X+5 F100\n2 END PGM B MM\n",
+            "1 L X+5.1000 F100",
+        ),
+        ("siemens", "G71 G90 G0 X1 Y2 Z9\nSLOT\nX7\nM30\n", "SLOT.SPF", "G1 X5 F100\nM17\n", "G1 X5.1000 F100"),
+        (
+            "fanuc-mill",
+            "%\nO1\nG21 G90 G0 X1. Y2. Z9.\nM98 P20\nX7.\nM30\n%\n",
+            "O0020",
+            "%\nO20\nG1 X5. F100.\nM99\n%\n",
+            "G1 X5.100 F100.",
+        ),
+    ],
+)
+def test_a_program_is_mapped_with_those_of_its_folder(
+    tmp_path: Path, dialect: str, main: str, name: str, called: str, written: str
+) -> None:
+    """Each is written on its own: no line of another's, those that have to be first in front, and marked."""
+    (tmp_path / "main.nc").write_text(main)
+    (tmp_path / name).write_text(called)
+    (tmp_path / "OTHER.SPF").write_text("X999\n")
+    field = similarity_field(shift_mm=(0.1, 0.0, 0.0))
+    out = tmp_path / "out" / "main.nc"
+    displace_program(tmp_path / "main.nc", out, field, dialect=dialect)
+    assert sorted(file.name for file in out.parent.iterdir()) == sorted(["main.nc", "main.record.json", name])
+    mapped = (out.parent / name).read_text().splitlines()
+    assert [line for line in mapped if "trueloop" not in line] == [
+        written if "5" in line and "100" in line else line for line in called.splitlines()
+    ]
+    assert "trueloop corrected" in (out.parent / name).read_text()
+    assert len(out.read_text().splitlines()) == len(main.splitlines()) + 1
+
+
+def test_what_refuses_a_called_program_names_its_file_and_line(tmp_path: Path) -> None:
+    (tmp_path / "main.nc").write_text("G71 G90 G0 X1 Y2 Z9\nSLOT\nM30\n")
+    (tmp_path / "SLOT.SPF").write_text("G1 X5 F100\nG2 X9 I=Q\nM17\n")
+    found = program_obstacles(tmp_path / "main.nc", similarity_field(shift_mm=(0.1, 0.0, 0.0)), dialect="siemens")
+    assert (Path(found[0].place.file or "").name, found[0].place.line) == ("SLOT.SPF", 2)

@@ -112,7 +112,6 @@ def test_each_hole_with_a_definition_of_its_own_goes_by_its_own_displacement(tmp
         ("siemens", "CYCLE81(30,5,2,9)\n", "it drills from 7.0000 mm to 9.0000 mm"),
         ("siemens", "CYCLE82(30,5,2,-9,,0,10)\n", "which the tool decides"),
         ("siemens", "CYCLE83(30,5,2,-9,,,,,,,,,1)\n", "another axis"),
-        ("siemens", "CYCLE86(30,5,2,-9,,0,3,1,1)\n", "lifts off sideways"),
         ("siemens", "MCALL POCKET3(1)\nX5\n", "runs after each move"),
         ("heidenhain", "3 CYCL DEF 200 D ~\n Q200=2 ~\n Q203=0\n4 L X+5 M99\n", "not all given"),
         ("heidenhain", "3 CYCL DEF 240 C ~\n Q343=1 ~\n Q200=2 ~\n Q201=-3 ~\n Q203=0\n4 L X+5 M99\n", "Q344 are not"),
@@ -217,3 +216,28 @@ def test_parameters_behind_a_skipped_definition_are_skipped_with_it(remark: str,
     assert "  Q203=-0.0500 ;SURFACE ~" in written
     path = path_of(text, "heidenhain")
     assert path.end_mm[:, 2].min() == -15.0
+
+
+PLACES = """0 BEGIN PGM A MM
+1 TOOL CALL 1 Z S900 F300
+2 L X+0 Y+0 Z+50 R0 FMAX
+3 PATTERN DEF POS1 (X+10 Y+20 Z+0) ~
+  ROW1 (X+30 Y+5 D+8 NUM3 ROT+90 Z+0)
+4 CYCL DEF 200 DRILLING ~
+  Q200=2 ~
+  Q201=-15 ~
+  Q203=+0 ~
+  Q204=50
+5 CYCL CALL PAT FMAX M3
+6 END PGM A MM
+"""
+
+
+def test_the_places_of_a_pattern_move_where_it_states_them(tmp_path: Path) -> None:
+    before, after = PLACES.splitlines(), lines(tmp_path, PLACES, SHIFT, "heidenhain")
+    assert [line for line in after if line not in before] == [
+        "2 L X+0.1000 Y+0.2000 Z+49.9500 R0 FMAX",
+        "3 PATTERN DEF POS1 (X+10.1000 Y+20.2000 Z+0) ~",
+        "  ROW1 (X+30.1000 Y+5.2000 D+8 NUM3 ROT+90 Z+0)",
+        "  Q203=-0.0500 ~",
+    ]

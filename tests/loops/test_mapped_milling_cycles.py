@@ -372,3 +372,50 @@ def test_a_cycle_whose_surface_the_program_does_not_write_is_refused(tmp_path: P
     shown = run("nc", "map", tmp_path / "a.h", "--shift=0,0,-0.05", *options, status=3)
     assert "heights of the cycle are not written" in shown
     assert not (tmp_path / "b.h").exists()
+
+
+CONTOURS = """0 BEGIN PGM A MM
+1 TOOL CALL 1 Z S2000 F200
+2 L X+0 Y+0 Z+50 R0 FMAX
+3 CYCL DEF 14.0 CONTOUR
+4 CYCL DEF 14.1 CONTOUR LABEL1
+5 CYCL DEF 20 CONTOUR DATA ~
+  Q1=-20 ;DEPTH ~
+  Q5=+1 ;SURFACE ~
+  Q7=+30 ;CLEARANCE HEIGHT
+6 CYCL DEF 22 ROUGH-OUT ~
+  Q10=-5 ;PLUNGING
+7 CYCL CALL M3
+8 CYCL DEF 24 SIDE FINISHING ~
+  Q10=-20 ;PLUNGING
+9 CYCL CALL
+10 M30
+11 LBL 1
+12 L X+10 Y+5 RL
+13 L X+40
+14 L Y+25
+15 L X+10 Y+5
+16 LBL 0
+17 END PGM A MM
+"""
+
+
+def test_contours_of_labels_move_with_the_surface_and_the_clearance_height(tmp_path: Path) -> None:
+    """Roughing and finishing run the same blocks; depth and infeed are no positions."""
+    before, after = CONTOURS.splitlines(), mapped(tmp_path, CONTOURS, SHIFT, "heidenhain")[0].splitlines()
+    assert [line for line in after if line not in before and "trueloop" not in line] == [
+        "2 L X+0.1000 Y+0.2000 Z+49.9500 R0 FMAX",
+        "  Q5=+0.9500 ;SURFACE ~",
+        "  Q7=+29.9500 ;CLEARANCE HEIGHT",
+        "12 L X+10.1000 Y+5.2000 RL",
+        "13 L X+40.1000",
+        "14 L Y+25.2000",
+        "15 L X+10.1000 Y+5.2000",
+    ]
+
+
+def test_contours_of_labels_are_displaced_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
+    turned = function_field(lambda p: np.column_stack([0 * p[:, 0], 1e-3 * p[:, 0], 0 * p[:, 0]]), "turned")
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, CONTOURS, turned, "heidenhain")
+    assert refused.value.code is Code.NC_MAP

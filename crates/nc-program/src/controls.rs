@@ -114,6 +114,8 @@ pub struct Rules {
     pub longer_arc: Option<[f64; 2]>,
     /// R of a drilling cycle counts from where the cycle begins, and one without Q makes no pecks.
     pub drills_from_start: bool,
+    /// A drilling cycle without R feeds from where it begins.
+    pub drills_without_plane: bool,
     /// Pecks are by Q, or by I, J and K; K does not count holes.
     pub pecks_by_k: bool,
     /// Drilling cycles retract to the plane R (G99) from the start on; else to where they began (G98).
@@ -161,6 +163,7 @@ impl Rules {
         enters_beside_next: true,
         longer_arc: None,
         drills_from_start: false,
+        drills_without_plane: false,
         pecks_by_k: false,
         retracts_to_plane: false,
         diameter_is_machine_data: false,

@@ -73,9 +73,16 @@ fn word_jumps(program: &Program, word: &Word) -> bool {
         (WordKind::Number, b'L') => dialect.flow == FlowStyle::Structured,
         // An arc that leaves as the move before arrives, or goes about a pole: either may be of another part.
         (WordKind::Name, _) => match program.code(word) {
-            Some(G::Motion(Motion::Tangent) | G::CallNamed | G::GoToName) => true,
+            Some(G::Motion(Motion::Tangent) | G::CallNamed | G::CallFile | G::GoToName) => true,
             // The heights of its holes are said where it is defined.
-            Some(G::HoleCycle(_) | G::Pattern(_) | G::MillPocket(_) | G::ModalCycle | G::DefineCycle(Some(_))) => true,
+            Some(
+                G::HoleCycle(_)
+                | G::Pattern(_)
+                | G::MillPocket(_)
+                | G::ModalCycle
+                | G::DefineCycle(Some(_))
+                | G::DefinePattern,
+            ) => true,
             Some(G::Pole(_)) => dialect.about_pole,
             _ => false,
         },

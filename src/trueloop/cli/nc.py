@@ -38,12 +38,15 @@ if TYPE_CHECKING:
 def check_program(file: ProgramFile, reading: Reading, tables: Tables, as_json: AsJson = False) -> None:
     """Print what is odd about a program, with its place. Exit status 1 when there is an error among it."""
     from trueloop.errors import Severity
+    from trueloop.formats.called_files import of_folder
     from trueloop.formats.input_file import read_source
     from trueloop.nc.check.check import ProgramCheck, check, check_in_parts
     from trueloop.nc.program.program import read_program
 
     with busy(f"checking {file}"):
         source, dialect = read_source(file, reading.dialect)
+        whole = of_folder(file, dialect, source)
+        source = whole.text
         tools, skipped, parameters = tables.read().tools, reading.skipped_blocks, reading.parameters
         checked = None
         if not tools:
@@ -52,7 +55,7 @@ def check_program(file: ProgramFile, reading: Reading, tables: Tables, as_json: 
             program = read_program(source, dialect, str(file), reading.unit)
             findings = check(program, parameters, skipped_blocks=skipped, tools=tools)
             checked = ProgramCheck(findings, program.block_count)
-    findings = checked.findings
+    findings = whole.findings(checked.findings)
     errors = sum(finding.severity is Severity.ERROR for finding in findings)
     obstacles = _obstacles_to_any_field(file, reading, dialect)
     if as_json:

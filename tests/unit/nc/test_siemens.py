@@ -84,6 +84,14 @@ def test_the_radius_of_an_arc_is_written_as_the_control_reads_it() -> None:
     assert circle_text(siemens(""), RADIUS, (1, 0), *circle, by_radius=False) == "I1.5000 J0.0000"
 
 
+def test_sections_and_blocks_are_repeated_by_their_labels() -> None:
+    """A to B once and twice more; B three times more; C to ENDLABEL, which was jumped over, twice."""
+    start = "G71 G90 G0 X0 Y0\nA: G91 X1\nB: Y2\n"
+    assert siemens(start + "REPEAT A B P=2\nREPEATB B P=3\nM30").run().end_mm[-1, :2] == pytest.approx([3.0, 12.0])
+    jumped = "G71 G90 G0 X0 Y0\nGOTOF GO\nC: G91 X1\nENDLABEL: Y1\nGO: REPEAT C P=2\nM30"
+    assert siemens(jumped).run().end_mm[-1, :2] == pytest.approx([2.0, 2.0])
+
+
 def test_expressions_follow_the_order_of_the_manual() -> None:
     path = siemens("R1=1 R2=3 R3=7 DIV 2+7 MOD 4\nG71 G0 X=R3 Y=(R1>0) AND (R2>5) Z=NOT (R1==1) OR (R2<>1)").run()
     assert path.end_mm[0] == pytest.approx([6.0, 0.0, 1.0])
@@ -101,7 +109,7 @@ def test_expressions_follow_the_order_of_the_manual() -> None:
         ("G71\nENDIF", Code.NC_FLOW, 'the end of "ENDIF" without its beginning'),
         ("G71\nA:\nGOTOF A", Code.NC_FLOW, 'there is no "A" to jump to that way'),
         ("G71\nFOR R1=1", Code.NC_FLOW, "FOR"),
-        ("A: REPEATB A P=3", Code.NC_FLOW, "repeating one block"),
+        ("G71\nREPEATB B P=3", Code.NC_FLOW, "what is to be repeated"),
         ("G71\nROT X45", Code.NC_OPAQUE, "ROT X45: the path goes on as if it were not there"),
         (
             "G71\n$P_UIFR[1]=CTRANS(X,10)",

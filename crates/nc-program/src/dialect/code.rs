@@ -18,6 +18,16 @@ pub enum G {
     Motion(Motion),
     /// The head of a program, whose last word is its unit: `BEGIN PGM PLATE MM`.
     Heading,
+    /// Names the contours of the milling cycles behind it: `CYCL DEF 14.1 CONTOUR LABEL1 /2`.
+    ContourLabels,
+    /// Names places of holes: `PATTERN DEF POS1 (X+25 Y+33 Z+0)`.
+    DefinePattern,
+    /// Runs the cycle defined last at those places.
+    CallPattern,
+    /// Calls the program of a file: `CALL PGM BORES.H`.
+    CallFile,
+    /// Its end: `END PGM BORES MM`.
+    EndFile,
     /// The feed is that of the tool's call: FAUTO.
     FeedOfTool,
     /// A line of this block is at rapid.

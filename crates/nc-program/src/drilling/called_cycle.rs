@@ -68,6 +68,11 @@ impl CalledHole {
         Self { retract: self.plane, ..self }
     }
 
+    /// The hole from which the tool goes up to that height at the least.
+    pub fn ending_at(self, height: f64) -> Self {
+        Self { retract: self.retract.max(height), ..self }
+    }
+
     /// Raises all of it by a height that is written at those bytes.
     pub fn raise(&mut self, by: f64, span: (u32, u32)) {
         for height in [&mut self.surface, &mut self.plane, &mut self.bottom, &mut self.retract] {
@@ -161,6 +166,11 @@ impl Runner<'_> {
                     self.not_followed(word, &why);
                 }
             }
+            Some((number, Drill::Contour)) => {
+                if let Err(why) = self.mill_contours(number) {
+                    self.not_followed(word, &why);
+                }
+            }
             Some((number, drill)) => match self.defined_hole(number, drill) {
                 Ok(hole) => {
                     if drill != Drill::Mill && hole.milled.is_some() {
@@ -180,7 +190,9 @@ impl Runner<'_> {
         self.state.defined.lines = [None; LINES];
         match cycle {
             None => self.note_opaque(word, "what it does is not in the path"),
-            Some((_, Drill::Mill | Drill::Face)) => self.note_opaque(word, "its passes are not in the path"),
+            Some((_, Drill::Mill | Drill::Face | Drill::Contour)) => {
+                self.note_opaque(word, "its passes are not in the path")
+            }
             Some(_) => {}
         }
     }
@@ -244,7 +256,7 @@ impl Runner<'_> {
         let arguments = self.cycle_arguments(word).ok_or("its arguments cannot be read")?;
         let [retract, reference, clearance, depth, by] = numbers(&arguments);
         let text = self.word_text(word).to_ascii_uppercase();
-        let (feeds, first) = self.of_cycle(&text, &arguments)?;
+        let (feeds, first) = self.of_cycle(word, &text, &arguments)?;
         if text.contains("CYCLE83(") {
             self.note_opaque(word, "its pecks are not in the path");
         }
@@ -281,7 +293,7 @@ impl Runner<'_> {
     }
 
     /// Of a cycle's further arguments: its feeds, in program units, and where its first depth stands (CYCLE83).
-    fn of_cycle(&self, text: &str, arguments: &[Argument]) -> Made<([f64; 2], (u32, u32))> {
+    fn of_cycle(&mut self, word: i32, text: &str, arguments: &[Argument]) -> Made<([f64; 2], (u32, u32))> {
         let given = |index: usize| arguments.get(index).map(|argument| argument.value).filter(|value| !value.is_nan());
         let is = |number: &str| text.contains(&format!("CYCLE{number}("));
         let sideways = [("83", 12), ("84", 12), ("840", 11)];
@@ -295,7 +307,7 @@ impl Runner<'_> {
             return Err("its depth is that of a diameter or of the shank, which the tool decides".to_owned());
         }
         if is("86") && [7, 8].iter().any(|index| given(*index).is_some_and(|way| way != 0.0)) {
-            return Err("it lifts off sideways".to_owned());
+            self.note_opaque(word, "its step aside at the bottom is not in the path");
         }
         let in_program_units = |index: usize| given(index).is_none_or(|unit| unit == 0.0);
         let feeds = match (given(8), given(10)) {
@@ -336,7 +348,7 @@ impl Runner<'_> {
         if self.scales_depth(self.state.modal.plane.axes().2) {
             return Err("its depth is scaled or mirrored".to_owned());
         }
-        if drill == Drill::Face {
+        if matches!(drill, Drill::Face | Drill::Contour) {
             return Err("it mills at coordinates of its own".to_owned());
         }
         if number < 6 || number == 17 {

@@ -31,6 +31,8 @@ pub enum Drill {
     Mill,
     /// Milled by coordinates of its own.
     Face,
+    /// Milled along contours of labels.
+    Contour,
 }
 
 /// Heights of one hole, mm.
@@ -124,8 +126,11 @@ impl Runner<'_> {
         hole.plane = request.get(b'R').map_or(hole.plane, |r| from + r * mm);
         hole.dwell = self.dwell_of_p(request).unwrap_or(hole.dwell);
         self.read_pecks(request, hole);
-        if self.program.dialect().rules.drills_from_start {
-            hole.plane = if hole.plane.is_nan() { from } else { hole.plane };
+        let rules = self.program.dialect().rules;
+        if hole.plane.is_nan() && (rules.drills_from_start || rules.drills_without_plane) {
+            hole.plane = hole.initial;
+        }
+        if rules.drills_from_start {
             hole.drill = if hole.drill == Drill::Peck && hole.peck.is_nan() { Drill::Plain } else { hole.drill };
         }
         let from = if self.keeps_places() && self.state.modal.incremental { hole.plane } else { 0.0 };

@@ -11,7 +11,7 @@ use crate::run::{Runner, AXES};
 use crate::values::parameters::Key;
 
 /// More places of a pattern than this are a slip.
-const MOST: f64 = 10_000.0;
+pub(crate) const MOST: f64 = 10_000.0;
 
 /// The bytes of two coordinates, from one to before another.
 pub(crate) type Spans = [(u32, u32); 2];
@@ -282,7 +282,7 @@ fn lines(q: &Parameters) -> Result<Vec<[f64; 2]>, String> {
 }
 
 /// A place of a grid that is turned about its first one: row and column of steps across and along; odd rows run back.
-fn to_and_fro(
+pub(crate) fn to_and_fro(
     first: [f64; 2],
     turn_deg: f64,
     [along, across]: [f64; 2],
@@ -294,7 +294,7 @@ fn to_and_fro(
 }
 
 /// The point at a distance from another, in a direction in degrees from the first axis towards the second.
-fn around(centre: [f64; 2], distance: f64, angle_deg: f64) -> [f64; 2] {
+pub(crate) fn around(centre: [f64; 2], distance: f64, angle_deg: f64) -> [f64; 2] {
     let angle = angle_deg.to_radians();
     [centre[0] + distance * angle.cos(), centre[1] + distance * angle.sin()]
 }

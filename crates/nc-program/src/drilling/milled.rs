@@ -14,8 +14,9 @@ use crate::values::parameters::Key;
 /// Least and greatest coordinates, mm.
 pub type Space = [[f64; 3]; 2];
 
-/// Q parameters that are positions: the surface of drilling and pockets, start and end of a face, a centre.
-pub(crate) const POSITIONS: [u32; 7] = [203, 225, 226, 227, 386, 216, 217];
+/// Q parameters that are positions: the surface of drilling and pockets, start and end of a face, a centre, surface and
+/// clearance of contours.
+pub(crate) const POSITIONS: [u32; 9] = [203, 225, 226, 227, 386, 216, 217, 5, 7];
 
 /// A pocket of Sinumerik, by its arguments (RTP, RFP, SDIS, DP, …).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,7 +109,7 @@ impl Runner<'_> {
     }
 
     /// To the plane where its passes begin, and out to where the tool ends.
-    fn mill(&mut self, space: Space, plane: f64, retract: f64, said: Said) {
+    pub(crate) fn mill(&mut self, space: Space, plane: f64, retract: f64, said: Said) {
         let third = self.state.modal.plane.axes().2;
         let (at, first) = (self.state.position, self.path.len());
         self.height(MoveKind::Rapid, at, third, plane, INHERITED);

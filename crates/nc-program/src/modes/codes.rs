@@ -74,7 +74,16 @@ fn in_machine(code: G) -> bool {
 fn is_cycle(code: G) -> bool {
     matches!(code, G::FinishContour | G::RoughContour(_) | G::TurningCycle | G::Thread | G::Groove(_) | G::Profile(_))
         || matches!(code, G::OwnCycle | G::CirclePocket)
-        || matches!(code, G::Lap(_) | G::Removal(_) | G::HoleCycle(_) | G::ModalCycle | G::CallCycle | G::CallCycleAt)
+        || matches!(
+            code,
+            G::Lap(_)
+                | G::Removal(_)
+                | G::HoleCycle(_)
+                | G::ModalCycle
+                | G::CallCycle
+                | G::CallCycleAt
+                | G::CallPattern
+        )
         || matches!(code, G::Pattern(_) | G::MillPocket(_) | G::CallMacro | G::ModalMacro | G::Leave(false))
 }
 
@@ -165,6 +174,7 @@ impl Runner<'_> {
             G::ModalCycle => self.modal_cycle(word),
             G::CallCycle => self.call_defined(word),
             G::CallCycleAt => self.call_at(request, word),
+            G::CallPattern => self.call_pattern(word),
             G::Pattern(pattern) => self.pattern(pattern, word),
             G::Thread => self.thread_cycle(request, word),
             _ => {}
@@ -257,6 +267,10 @@ impl Runner<'_> {
                 let inch = self.whole_text(word).ends_with("INCH");
                 self.state_unit(inch, word);
             }
+            G::ContourLabels => self.name_contours(word),
+            G::DefinePattern => self.define_pattern(word),
+            G::CallFile => self.call_file(word),
+            G::EndFile => self.end_file(),
             G::Fast if modal.motion == Motion::Line => modal.motion = Motion::Rapid,
             G::FeedOfTool => {
                 if std::mem::take(&mut self.state.feed_by_revolution) {

@@ -349,20 +349,14 @@ impl Runner<'_> {
         }
     }
 
-    /// G54 …, and a preset, be it the one in force already: what it leaves of turns and, in Klartext, of a datum shift
-    /// before it, is left to the control.
+    /// G54 …, and a preset, be it the one in force already: what it leaves of turns is left to the control. In Klartext
+    /// it takes a datum shift back.
     pub(crate) fn use_offset(&mut self, number: u16) {
         if self.is_turned() {
             return;
         }
-        if self.program.dialect().flow == FlowStyle::Labels && self.state.frame.register != [0.0; 3] {
-            let message = "a preset is activated while a datum shift is in force: this is not followed".into();
-            return self.warn(
-                finding::OPAQUE,
-                self.block_start(),
-                message,
-                "take the shift back before it: CYCL DEF 7.1 X+0",
-            );
+        if self.program.dialect().flow == FlowStyle::Labels {
+            self.reframe(|frame| (frame.register, frame.shift, frame.set_aside) = Default::default());
         }
         self.state.modal.work_offset = number;
         let number = usize::from(number);

@@ -3,6 +3,7 @@
 use crate::dialect::ToolOffset;
 use crate::drilling::called_cycle::{CalledHole, Defined};
 use crate::drilling::hole::Hole;
+use crate::drilling::pattern_def::PatternPlace;
 use crate::modes::frame::Frame;
 use crate::modes::modal::{Modal, Motion, Plane};
 use crate::modes::rotary::{rotary_letters, Rotary};
@@ -86,6 +87,10 @@ pub(crate) struct State {
     pub modal_cycle: Option<CalledHole>,
     /// The cycle defined last (CYCL DEF).
     pub defined: Defined,
+    /// The labels of the contours that cycles mill (CYCL DEF 14).
+    pub contour_labels: Vec<String>,
+    /// The places of the pattern defined last (PATTERN DEF).
+    pub pattern_places: Vec<PatternPlace>,
     /// Drilling cycles retract to the plane R.
     pub retracts_to_plane: bool,
     /// Block of the O number of the program being run; `None` before the first.
@@ -152,6 +157,8 @@ impl State {
             modal_macros: Vec::new(),
             modal_cycle: None,
             defined: Defined::default(),
+            contour_labels: Vec::new(),
+            pattern_places: Vec::new(),
             retracts_to_plane: dialect.rules.retracts_to_plane,
             program_start: None,
         }

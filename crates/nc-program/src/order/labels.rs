@@ -1,6 +1,7 @@
 //! Numbers by which blocks and programs are called: N and O at a block's start.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use crate::dialect::{FlowStyle, G};
 use crate::reading::names;
@@ -80,9 +81,10 @@ impl Labels {
         }
     }
 
-    /// The block with that label.
-    pub fn section(&self, label: &str) -> Option<usize> {
-        self.names.get(label).and_then(|blocks| blocks.first()).copied()
+    /// The block with that label in the program that a block is of.
+    pub fn section(&self, label: &str, from: usize) -> Option<usize> {
+        let of_program = self.program_around(from);
+        self.names.get(label)?.iter().copied().find(|block| of_program.contains(block))
     }
 
     /// Block at which the program of that name starts.
@@ -96,17 +98,22 @@ impl Labels {
         let number =
             name.strip_prefix('n').unwrap_or(&name).parse().ok().and_then(|number: u32| self.blocks.get(&number));
         let all = self.names.get(&name).or(number)?;
-        let index = self.named_programs.partition_point(|(_, block)| *block <= from);
-        let start =
-            index.checked_sub(1).and_then(|before| self.named_programs.get(before)).map_or(0, |(_, block)| *block);
-        let end = self.named_programs.get(index).map_or(usize::MAX, |(_, block)| *block);
-        let mut here = all.iter().copied().filter(|block| (start..end).contains(block));
+        let of_program = self.program_around(from);
+        let mut here = all.iter().copied().filter(|block| of_program.contains(block));
         let forward = here.clone().find(|block| *block > from);
         match direction {
             Direction::Forward => forward,
             Direction::Backward => here.rfind(|block| *block <= from),
             Direction::Either => forward.or_else(|| here.next()),
         }
+    }
+
+    /// The blocks of the named program that a block is of.
+    fn program_around(&self, from: usize) -> Range<usize> {
+        let index = self.named_programs.partition_point(|(_, block)| *block <= from);
+        let start =
+            index.checked_sub(1).and_then(|before| self.named_programs.get(before)).map_or(0, |(_, block)| *block);
+        start..self.named_programs.get(index).map_or(usize::MAX, |(_, block)| *block)
     }
 
     /// Block of the O number of a program.
@@ -127,12 +134,17 @@ impl Labels {
     }
 }
 
-/// The name at the head of a program: `%_N_SHAFT_MPF`, `%MPF 100`, `OSHAFT` of an OSP.
+/// The name at the head of a program: `%_N_SHAFT_MPF`, `%MPF 100`, `OSHAFT` of an OSP, `BEGIN PGM SHAFT MM`.
 pub(crate) fn program_name(program: &Program, block: usize) -> Option<String> {
     let found = program.blocks().get(block)?;
     if program.dialect().rules.sequence_names {
         let first = program.words_of(block).first().filter(|word| word.letter == b'O');
         return first.map(|word| lower(program.text(word)));
+    }
+    if program.dialect().flow == FlowStyle::Labels {
+        let head = program.words_of(block).iter().find(|word| program.code(word) == Some(G::Heading))?;
+        let text = lower(program.text(head));
+        return Some(text.strip_prefix("begin pgm")?.trim().rsplit_once(' ')?.0.trim().to_owned());
     }
     if !found.tape_mark || program.dialect().flow != FlowStyle::Structured {
         return None;

@@ -49,22 +49,36 @@ impl Runner<'_> {
 
     /// Runs what lies between a block and this one so many times more.
     pub(crate) fn repeat_from(&mut self, start: usize, times: u64) {
+        if self.counts_again(times) {
+            self.next = start;
+        }
+    }
+
+    /// Runs the blocks from one to another so many times, wherever they are.
+    pub(crate) fn repeat_between(&mut self, first: usize, last: usize, times: u64) {
+        if self.counts_again(times) {
+            self.visit_contour((first, last), self.block, None, false);
+        }
+    }
+
+    /// Whether this block, which repeats others, is to do so once more.
+    fn counts_again(&mut self, times: u64) -> bool {
         let here = self.block;
         if !self.counters.iter().any(|(block, _)| *block == here) {
             self.counters.push((here, times));
         }
         if let Some((_, left)) = self.counters.iter_mut().find(|(block, left)| *block == here && *left > 0) {
             *left -= 1;
-            self.next = start;
-        } else {
-            self.counters.retain(|(block, _)| *block != here);
+            return true;
         }
+        self.counters.retain(|(block, _)| *block != here);
+        false
     }
 
     fn section(&mut self, statement: &Statement, label: &str) -> Option<usize> {
         let label = label.trim_matches(['"', ' ', '\t']);
         let label = label.strip_prefix("lbl").unwrap_or(label).trim_matches(['"', ' ', '\t']);
-        let found = self.labels().section(label);
+        let found = self.labels().section(label, self.block);
         if found.is_none() {
             let message = format!("there is no LBL {} in this program", finding::excerpt(label.as_bytes()));
             self.refuse(finding::FLOW, statement.at, message, "write LBL with that number at the section's start");

@@ -63,20 +63,34 @@ impl Runner<'_> {
         }
     }
 
-    /// `REPEAT START P=3`: what lies between the label before it and this line is run three times more.
+    /// `REPEAT START P=3`: what lies from the label to ENDLABEL, or to this line, is run three times more; `REPEAT START
+    /// END`: what lies between two labels; `REPEATB START`: the block of the label. The labels' own blocks count.
     fn repeat_section(&mut self, statement: &Statement) {
         let text = self.line_text(statement.arguments);
-        let mut parts = text.split_ascii_whitespace();
-        let (label, times) = (parts.next().unwrap_or(""), parts.next().unwrap_or("p=1"));
-        let times = times.strip_prefix("p=").filter(|_| parts.next().is_none()).and_then(|times| times.parse().ok());
-        let of_block = self.table_word(statement).eq_ignore_ascii_case(b"REPEATB");
-        let ends = self.labels().section("endlabel").is_some();
-        let start = self.labels().target(label.as_bytes(), statement.block, Direction::Backward);
-        if let (Some(start), Some(times), false, false) = (start, times, of_block, ends) {
-            return self.repeat_from(start, times);
+        let (mut names, mut times) = (Vec::new(), Some(1));
+        for part in text.split_ascii_whitespace() {
+            match part.strip_prefix("p=") {
+                Some(count) => times = count.parse().ok(),
+                None => names.push(part.as_bytes()),
+            }
         }
-        let hint = "write the blocks where they are to be run; the path goes on as if this line were not there";
-        let message = "repeating one block, or a section between two labels or to ENDLABEL, is not followed".into();
+        let (here, labels) = (statement.block, self.labels());
+        let to = |label: &[u8], from, way| labels.target(label, from, way);
+        let label = names.first().copied().unwrap_or(b"");
+        let first = to(label, here, Direction::Backward).or_else(|| to(label, here, Direction::Forward));
+        let of_block = self.table_word(statement).eq_ignore_ascii_case(b"REPEATB");
+        let last = first.and_then(|first| match names.get(1) {
+            _ if of_block => Some(first),
+            Some(end) => to(end, first, Direction::Forward),
+            None => to(b"endlabel", first, Direction::Forward)
+                .filter(|end| *end < here || first > here)
+                .or_else(|| here.checked_sub(1).filter(|_| first < here)),
+        });
+        if let (Some(first), Some(last), Some(times), true) = (first, last, times, names.len() < 3) {
+            return self.repeat_between(first, last, times);
+        }
+        let hint = "name labels of this program, and the number of times as P=3";
+        let message = "what is to be repeated, or how often, is not known".into();
         self.refuse(finding::FLOW, statement.at, message, hint);
     }
 

@@ -57,7 +57,7 @@ impl Runner<'_> {
         if !starts || self.state.program_start.is_some_and(|start| start == self.block) {
             return false;
         }
-        if self.state.program_start.is_none() {
+        if self.state.program_start.is_none() && self.path.is_empty() {
             self.state.program_start = Some(self.block);
             return false;
         }
@@ -128,6 +128,43 @@ impl Runner<'_> {
         self.path.enter_call(self.block);
         self.visits.push(Visit::Program { start, left, back: self.next, own: false, modal: false, saved: None });
         (self.state.program_start, self.next) = (Some(start), start);
+    }
+
+    /// `CALL PGM TNC:\PLATE\BORES.H`: the program of that name in this text.
+    pub(crate) fn call_file(&mut self, word: i32) {
+        let text = self.whole_text(word).to_lowercase();
+        let path = text.trim_start_matches("call pgm").trim_matches(['"', ' ', '\t']);
+        let name = path.rsplit(['\\', '/', ':']).next().unwrap_or(path);
+        let name = name.strip_suffix(".h").unwrap_or(name);
+        match self.labels().named_program(name) {
+            Some(start) => self.visit(start, 1),
+            None => {
+                let message = format!("{}: what it does is not in the path", self.word_text(word));
+                let hint = format!(
+                    "put {}.H into the program's folder, or what it does into the program",
+                    name.to_uppercase()
+                );
+                self.warn(finding::OPAQUE, self.word_start(word), message, &hint);
+            }
+        }
+    }
+
+    /// END PGM: back to where the program was called, whatever sections are under way in it.
+    pub(crate) fn end_file(&mut self) {
+        let called = |visit: &Visit| match visit {
+            Visit::Program { start, .. } => program_name(self.program, *start).is_some(),
+            Visit::Contour { .. } => false,
+        };
+        match self.visits.iter().rposition(called) {
+            Some(index) => {
+                while self.visits.len() > index + 1 {
+                    self.visits.pop();
+                    self.path.leave_call();
+                }
+                self.go_back();
+            }
+            None => self.next = usize::MAX,
+        }
     }
 
     /// Whether a call under way has parameters of its own.
@@ -276,8 +313,14 @@ impl Runner<'_> {
         let number = |letter: u8| (request.get(letter).unwrap_or(f64::NAN), self.word_start(request.word(letter)));
         let ((first, at_first), (last, at_last)) = (number(b'P'), number(b'Q'));
         let (first, last) = (self.numbered_block(first, at_first), self.numbered_block(last, at_last));
-        let (first, last) = (first?, last?);
+        let (mut first, last) = (first?, last?);
         let cycles = |word: &Word| matches!(self.program.code(word), Some(G::FinishContour | G::RoughContour(_)));
+        // A number that is there twice: a contour with a cycle in it is none, and is not the one that is meant.
+        while let Some(cycle) = (first..=last).find(|block| self.program.words_of(*block).iter().any(cycles)) {
+            let next = self.labels().block(request.get(b'P').unwrap_or(f64::NAN).round() as u32, cycle);
+            let Some((next, _)) = next.filter(|(next, _)| (cycle..=last).contains(next)) else { break };
+            first = next;
+        }
         if last < first {
             let hint = "P names the first block of the contour, Q the last";
             self.refuse(finding::FLOW, at_last, "the contour's last block is before its first".into(), hint);

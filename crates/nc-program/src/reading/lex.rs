@@ -28,6 +28,7 @@ pub(crate) fn lex(source: &[u8], dialect: &Dialect) -> (Vec<Block>, Vec<Word>) {
         blocks: Vec::with_capacity(lines),
         words: Vec::with_capacity(source.len() / LEAST_BYTES_A_WORD + 1),
         at: if source.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 },
+        remark_goes_on: false,
     };
     while lexer.at < source.len() {
         lexer.block();
@@ -43,6 +44,8 @@ pub(crate) struct Lexer<'a> {
     blocks: Vec<Block>,
     words: Vec<Word>,
     at: usize,
+    /// The line before was a remark that goes on in this one.
+    remark_goes_on: bool,
 }
 
 impl Lexer<'_> {
@@ -50,6 +53,9 @@ impl Lexer<'_> {
         let start = self.at;
         let first_word = self.words.len();
         let (mut optional, mut tape_mark) = (false, false);
+        if self.remark_goes_on {
+            self.at = self.scanner.line_end(self.at);
+        }
         while let Some(class) = self.after_words() {
             let first = self.words.len() == first_word;
             match class {
@@ -84,6 +90,10 @@ impl Lexer<'_> {
             }
         }
         let optional = optional || self.goes_on_skipped(start);
+        let line = self.source.get(start..self.at).unwrap_or(&[]).trim_ascii();
+        let begins = line.iter().find(|byte| !byte.is_ascii_digit() && **byte != b' ');
+        let is_remark = self.remark_goes_on || begins == Some(&b';');
+        self.remark_goes_on = is_remark && self.dialect.flow == FlowStyle::Labels && line.ends_with(b"~");
         let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
         self.blocks.push(Block { start, end, first_word, optional, tape_mark });
         self.at += 1;

@@ -49,7 +49,7 @@ impl Runner<'_> {
         contour(&std::mem::replace(&mut self.path, path))
     }
 
-    fn run_between(&mut self, first: usize, last: usize) {
+    pub(crate) fn run_between(&mut self, first: usize, last: usize) {
         let mut request = Request::new();
         let (depth, caller) = (self.visits.len(), self.returns.len());
         self.next = first;

@@ -10,11 +10,12 @@ from typing import Final
 from trueloop.domain.option import USUAL, Limits, MapOptions
 from trueloop.domain.record import Record, check_uncorrected, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.formats.called_files import WithCalled, of_folder
 from trueloop.formats.input_file import FilePath, readable, require_text
 from trueloop.formats.outputs import Output, write_all, written_as_it_comes
 from trueloop.formats.record_file import record_beside
 from trueloop.jobs.user import user_name
-from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces, obstacles
+from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces, marked, obstacles
 from trueloop.loops.machine.program import (
     CorrectedPoints,
     correct_points,
@@ -57,6 +58,8 @@ def write_corrected_points(
 
 CHUNK: Final = 1 << 17
 """Bytes read at a time, to which the rest of their last line comes."""
+LARGEST_CALLER: Final = 1 << 24
+"""So many bytes a program has at most that calls programs of its folder: those are held whole."""
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
@@ -87,14 +90,17 @@ def map_program(
     overwritten; `record` makes the record that is written beside the program, as STEM.record.json. Raises NC-FILE,
     OUT-INPUT, OUT-FOLDER and what `mapped_pieces` does; nothing is written then.
     """
-    files = (source, *inputs)
     known = dialect_named(dialect or _dialect_of(source)).name
-    with in_file(source):
-        pieces = mapped_pieces(partial(lines_of, source), known, field, options, parameters or {})
+    whole = _with_called(source, known)
+    files = (source, *whole.called, *inputs)
+    with in_file(source), whole.placing():
+        pieces = mapped_pieces(_pieces_of(whole), known, field, options, parameters or {})
         with written_as_it_comes(target, inputs=files) as out:
-            done = _write(out, pieces)
-            if record is not None:
-                write_all(target.parent, [record_beside(target, record(done))], inputs=files)
+            done, called = _write(out, pieces, whole)
+            beside = [] if record is None else [record_beside(target, record(done))]
+            beside += [(file.name, text) for file, text in zip(whole.called, called, strict=True)]
+            if beside:
+                write_all(target.parent, beside, inputs=files)
     return done
 
 
@@ -117,8 +123,9 @@ def program_obstacles(
             raise
         return [refused]
     with in_file(source):
-        found = obstacles(partial(lines_of, source), known, field, options, parameters or {})
-    return [one.in_file(str(source)) for one in found]
+        whole = _with_called(source, known)
+        found = obstacles(_pieces_of(whole), known, field, options, parameters or {})
+    return [whole.placed(one).in_file(str(source)) for one in found]
 
 
 def _dialect_of(source: Path) -> str:
@@ -129,13 +136,33 @@ def _dialect_of(source: Path) -> str:
     return guess_dialect(beginning, str(source))
 
 
-def _write(out: Output, pieces: Generator[bytes, None, Mapped]) -> Mapped:
+def _with_called(source: Path, dialect: str) -> WithCalled:
+    """The program with those that it calls; of a large one nothing is held."""
+    with readable(source, Code.NC_FILE, hint="name an NC program"):
+        is_large = source.stat().st_size > LARGEST_CALLER
+    return WithCalled(source, b"") if is_large else of_folder(source, dialect)
+
+
+def _pieces_of(whole: WithCalled) -> Callable[[], Iterator[bytes]]:
+    return (lambda: iter([whole.text])) if whole.called else partial(lines_of, whole.file)
+
+
+def _write(out: Output, pieces: Generator[bytes, None, Mapped], whole: WithCalled) -> tuple[Mapped, list[bytes]]:
+    """Writes the program; returns what was done, and the programs that it calls, each with the mark of the first."""
+    held: list[bytes] = []
     while True:
         try:
-            out.write(next(pieces))
+            piece = next(pieces)
         except StopIteration as end:
             done: Mapped = end.value
-            return done
+            break
+        if whole.called:
+            held.append(piece)
+        else:
+            out.write(piece)
+    program, *called = whole.apart(b"".join(held)) if whole.called else [b""]
+    out.write(program)
+    return done, [marked(text, done) for text in called]
 
 
 def displace_program(

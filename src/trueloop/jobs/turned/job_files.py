@@ -15,6 +15,7 @@ from typing import Final
 from trueloop.domain.option import Language, LengthUnit, PageOptions
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.called_files import with_called
 from trueloop.formats.input_file import FilePath, read_input
 from trueloop.formats.jobs.job import Job, locate_turned_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table

@@ -345,6 +345,12 @@ def _refusal(told: tuple[str, str, str, int, int]) -> TrueloopError:
     return Code(code).refusal(message, hint=hint, place=Place(None, line, column))
 
 
+def marked(called: bytes, done: Mapped) -> bytes:
+    """Returns a program that a mapped one calls with the mark of that."""
+    comment = dialect_named(done.dialect).comment(mark_of_field(done.record, done.source_sha256))
+    return _marked(called, comment, done.dialect)
+
+
 def _marked(written: bytes, comment: str, dialect: str) -> bytes:
     """Returns the first piece of a written program with the mark behind the lines that have to be first."""
     end = written.find(b"\n", HEAD) + 1 or len(written)
