@@ -1,5 +1,6 @@
 """Roughing and grooving cycles of Fanuc and Haas lathes: every move worked out by hand, x a radius."""
 
+import numpy as np
 import pytest
 
 from tests.unit.nc.test_turning_cycles import START, rows, run
@@ -169,7 +170,14 @@ def test_the_second_reference_point_is_the_machine_s() -> None:
 
 
 def test_a_contour_with_a_cycle_in_it_is_refused() -> None:
-    """N10 of the tool's change comes before that of the contour: G70 would run G71, too."""
     with pytest.raises(TrueloopError, match="the contour of this cycle has a cycle with a contour in it") as refused:
-        run(f"N10 T0101\nG71 U2. R1.\nG71 P10 Q20\n{CONTOUR}\nG70 P10 Q20")
+        run("N10 G0 X20.\nG71 U2. R1.\nG71 P10 Q20\nN20 X30.\nG70 P10 Q20")
     assert refused.value.code is Code.NC_FLOW
+
+
+def test_of_a_number_that_is_there_twice_the_contour_without_a_cycle_counts() -> None:
+    """N10 of the tool's change comes before that of the contour: from there G70 would run G71."""
+    cycles = "G71 U2. R1.\nG71 P10 Q20\n{}\nG70 P10 Q20"
+    twice = run("N10 T0101\n" + cycles.format(CONTOUR))
+    once = run("T0101\n" + cycles.format(CONTOUR))
+    assert np.array_equal(twice.end_mm, once.end_mm)
