@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.errors import Code
@@ -130,6 +131,9 @@ SLIPPED: Final = 20.0
 """A slip that lowers χ² by more than this happened: of a part cut as stated by chance once in 250 000 times at most."""
 FITS: Final = 0.25
 """So much of a slip, beside three standard uncertainties, what is seen may differ from it."""
+AS_WELL: Final = 9.0
+"""A slip whose χ² is above the least by less than this explains a part as well."""
+MOST_NAMED: Final = 3
 LEAST_MM: Final = 1e-6
 """A displacement by less moves nothing."""
 SHOWS: Final = 0.1
@@ -146,11 +150,16 @@ class _Slip:
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """The share of a displacement that a part shows, with its standard uncertainty and the features that show it."""
+    """The share of a displacement that a part shows, with its standard uncertainty and the features that show it.
+
+    `displaced` (n,) is the displacement of all readings, `rows` (n,) are those that the share is of.
+    """
 
     share: float
     u: float
     features: int
+    displaced: Array
+    rows: NDArray[np.bool_]
 
 
 def require_as_stated(parts: Sequence[Part], possible: Sequence[Entry]) -> None:
@@ -171,12 +180,21 @@ def require_as_stated(parts: Sequence[Part], possible: Sequence[Entry]) -> None:
             and abs(seen.share - 1.0) < FITS + 3.0 * seen.u
         ]
         if found:
-            slip, seen = max(found, key=lambda one: (2.0 * one[1].share - 1.0) / one[1].u ** 2)
-            raise _contradicted(part, slip, seen)
+            raise _contradicted(part, _likeliest(found, updated))
         for entry in possible:
             own = _seen(part, updated, {entry: 1.0})
             if own is not None and own.features > 1 and own.share**2 > CONTRADICTED * own.u**2:
-                raise _contradicted(part, _Slip({entry: 1.0}, ""), own)
+                raise _contradicted(part, [(_Slip({entry: 1.0}, ""), own)])
+
+
+def _likeliest(found: Sequence[tuple[_Slip, _Seen]], updated: Updated) -> list[tuple[_Slip, _Seen]]:
+    """Returns the slips that explain a part about equally well, the likeliest first, by all readings that show any."""
+    rows = np.flatnonzero(np.any([seen.rows for _, seen in found], axis=0))
+    off, covariance = updated.innovation.mean_mm[rows], updated.innovation.covariance_mm2[np.ix_(rows, rows)]
+    left = [off - seen.displaced[rows] for _, seen in found]
+    chi2 = [float(one @ np.linalg.solve(covariance, one)) for one in left]
+    order = sorted(range(len(found)), key=chi2.__getitem__)
+    return [found[k] for k in order if chi2[k] < chi2[order[0]] + AS_WELL][:MOST_NAMED]
 
 
 def _sizes_before(parts: Sequence[Part]) -> Mapping[str, float]:
@@ -225,10 +243,11 @@ def _seen(part: Part, updated: Updated, moved: Entered) -> _Seen | None:
     size = float(d @ d)
     u = math.sqrt(float(d @ updated.innovation.covariance_mm2[np.ix_(rows, rows)] @ d)) / size
     features = {feature.name for one, shown in zip(part.shown, rows, strict=True) if shown for feature in one.features}
-    return _Seen(float(d @ updated.innovation.mean_mm[rows]) / size, u, len(features))
+    return _Seen(float(d @ updated.innovation.mean_mm[rows]) / size, u, len(features), displaced, rows)
 
 
-def _contradicted(part: Part, slip: _Slip, seen: _Seen) -> Exception:
+def _contradicted(part: Part, slips: Sequence[tuple[_Slip, _Seen]]) -> Exception:
+    slip, seen = slips[0]
     entries = [one for one, value in slip.moved.items() if value != 0.0]
     entry = max(
         entries,
@@ -236,7 +255,9 @@ def _contradicted(part: Part, slip: _Slip, seen: _Seen) -> Exception:
     )
     scale, unit = (1e6, "µrad") if entry.register == "turn" else (UM_PER_MM, "µm")
     off, u = seen.share * slip.moved[entry] * scale, seen.u * abs(slip.moved[entry]) * scale
-    how = f", as if {' and '.join(one.words for one in entries)} {slip.words}" if slip.words else ""
+    named = [" and ".join(one.words for one, value in each.moved.items() if value != 0.0) for each, _ in slips]
+    each_as = [f"as if {who} {each.words}" for who, (each, _) in zip(named, slips, strict=True) if each.words]
+    how = f", {', or '.join(each_as)}" if each_as else ""
     return Code.MIL_CONTRADICTED.refusal(
         f"part {part.serial!r} is off by {off:+.0f} {unit} in {entry.words} from what earlier parts and the numbers "
         f"stated as entered predict, with a standard uncertainty of {u:.1f} {unit}{how}",

@@ -156,6 +156,25 @@ def test_a_slip_at_any_part_is_refused_and_named(
     propose("plate", made, possible)  # the part that was cut as stated is taken
 
 
+def test_of_slips_that_fit_about_equally_well_the_likeliest_is_named_first() -> None:
+    """The top reads −16 µm, the floor +10: H1 +16, H2 −10 µm are stated, and H1 −16 was typed: top −32, floor 0.
+
+    That H1 and H2 had not been entered would be top −16, floor +10, which the sum over both readings shows as well.
+    """
+    stated = {Entry("length", "1"): 0.016, Entry("length", "2"): -0.01}
+    mill = Mill(length={1: 0.016, 2: -0.01}, fine_floor=True, scatter=5e-4)
+    rng, made = np.random.default_rng(4), list[Part]()
+    features = {name: replace(one, tool=2) if name == "floor" else one for name, one in FEATURES.items()}
+    for entered in ({}, stated):
+        mill.entered = {at_control(one): value for one, value in entered.items()}
+        if entered:
+            mill.entered["length 1"] *= -1.0
+        readings = [one for one in mill.measured(rng, NOISE_MM) if one.feature != "step"]
+        made.append(as_part(readings, len(made), entered, features=features))
+    with pytest.raises(TrueloopError, match="as if tool 1, length had the other sign"):
+        propose("plate", made, (*POSSIBLE, Entry("length", "2")))
+
+
 def test_a_machine_that_only_scatters_is_left_alone() -> None:
     """Twenty machines: what is typed in, beyond the control's smallest step, would be scatter fed back."""
     rng = np.random.default_rng(11)
