@@ -95,15 +95,19 @@ def test_a_contour_in_force_is_kept_and_the_rest_comes_on_top(tmp_path: Path) ->
 
 @pytest.mark.parametrize("by", ["contour", "offset"])
 def test_every_way_leads_to_the_same_third_part(tmp_path: Path, by: str) -> None:
-    """A wear number that was entered stays in force: what is left to enter or to write is less by it."""
+    """A wear number that was entered stays in force: what is left to enter or to write is less by it.
+
+    Where an offset is enough, the corrected program is the one with offsets.
+    """
     correct(tmp_path, 1, FIRST, "offset")
     ways = {
         way: correct(tmp_path, part, SECOND, by, f'cut_with = "o1/record.json"\ncut_by = "{way}"')
-        for part, way in enumerate(("wear", "offsets"), 2)
+        for part, way in enumerate(("wear", "offsets", "corrected"), 2)
     }
+    assert (tmp_path / "o1" / "corrected.nc").read_bytes() == (tmp_path / "o1" / "offsets.nc").read_bytes()
     assert {round(1e3 * whole_radius_mm(done), 1) for done in ways.values()} == {-27.0}
     assert entered_mm(ways["wear"]) == pytest.approx(-0.002, abs=1e-9)
-    assert entered_mm(ways["offsets"]) == pytest.approx(-0.027, abs=1e-9)
+    assert entered_mm(ways["offsets"]) == entered_mm(ways["corrected"]) == pytest.approx(-0.027, abs=1e-9)
     if by == "contour":
         assert all("29.946" in line or "35.946" in line for line in diameters(ways["offsets"]))
         assert all("29.996" in line or "35.996" in line for line in diameters(ways["wear"]))
@@ -319,6 +323,15 @@ def test_it_is_asked_how_an_offset_was_in_force(tmp_path: Path) -> None:
     with pytest.raises(TrueloopError) as asked:
         correct(tmp_path, 2, SECOND, "offset", 'cut_with = "o1/record.json"')
     assert asked.value.code is Code.CMP_CUT_WITH and "cut_by" in asked.value.hint
+
+
+def test_contradictory_statements_of_what_cut_the_part_are_refused(tmp_path: Path) -> None:
+    """Nothing was in force, and wear was; it was finished by the given program, and measured before its finish cut."""
+    for programs, more in (('cut_by = "wear"', ""), ("", "measured_allowance_mm = 0.2")):
+        with pytest.raises(TrueloopError) as refused:
+            correct(tmp_path, 1, tuple(0.4 + e for e in FIRST), "offset", f'cut_with = "given"\n{programs}', more)
+        assert refused.value.code is Code.CMP_CUT_WITH and refused.value.place is not None
+    correct(tmp_path, 1, FIRST, "offset", 'cut_with = "given"')
 
 
 @pytest.mark.parametrize(("by", "impossible"), [("offset", "offsets"), ("contour", "offsets"), ("offset", "corrected")])

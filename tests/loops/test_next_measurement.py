@@ -121,6 +121,23 @@ def test_parts_drawn_from_what_is_known_come_out_as_often_as_the_plan_expects() 
     assert next_measurements([edge], 1).before == pytest.approx(float(out), abs=0.01)
 
 
+def test_a_diameter_that_has_to_be_in_everywhere_is_out_where_any_place_is() -> None:
+    """Seven radii of a cylinder drawn together: what a cut does along it is alike over the cylinder's length."""
+    edge = edge_of(SHAFT, (Characteristic("30", Quantity.DIAMETER, "seat-30", 30.0, 29.985, 30.015),))
+    index = edge.profile.names.index("seat-30")
+    length_mm = edge.profile.features[index].length_mm
+    s = length_mm * np.linspace(0.02, 0.98, 7)
+    state, between = part_of(edge).updated.state, edge.known.between
+    covariance = state.predict(places_on(edge.profile, np.full(7, index), s), repeatability=False).covariance_mm2
+    covariance = covariance + state.sizes["repeatability"] ** 2 * np.eye(7) + between.common_difference_mm**2
+    apart = np.abs(np.subtract.outer(s, s)) / length_mm
+    covariance = covariance + between.scatter_difference_mm**2 * np.exp(-apart)
+    drawn = np.random.default_rng(5).multivariate_normal(np.zeros(7), covariance, 50_000)
+    out = np.mean(np.max(np.abs(drawn), axis=1) > 0.0075)
+    assert next_measurements([edge], 1).before == pytest.approx(float(out), abs=0.015)
+    assert float(out) > 1.2 * np.max(np.mean(np.abs(drawn) > 0.0075, axis=0))
+
+
 @pytest.mark.parametrize("name", ["two-sides/two-sides.toml", "grooved/grooved.toml", "piecs11/job.toml"])
 def test_every_place_of_a_part_is_a_candidate_of_the_edge_that_cuts_it(name: str) -> None:
     """Several tools, two set-ups, one of which looks the other way, inches: the same place, whatever the frame."""

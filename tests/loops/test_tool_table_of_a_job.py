@@ -118,3 +118,19 @@ def test_a_table_from_before_the_wear_that_is_stated_as_entered_is_refused(tmp_p
     (tmp_path / "offsets.txt").write_text((tmp_path / "out" / "new-offsets.txt").read_text())
     run("compensate", path, "-o", tmp_path / "o2", "--no-store")
     assert "X-0.128 " in (tmp_path / "o2" / "new-offsets.txt").read_text()
+
+
+def test_a_table_that_holds_the_offset_of_a_correction_that_ran_in_a_program_is_refused(tmp_path: Path) -> None:
+    """Its offset, X −0.024 on the diameter and Z +0.004, would be in force a second time."""
+    contour = '[compensation]\nby = "contour"\n'
+    path = job(tmp_path, HELD)
+    path.write_text(path.read_text() + contour)
+    run("compensate", path, "-o", tmp_path / "out")
+    path = job(tmp_path, HELD, (0.002, 0.0))
+    text = path.read_text().replace("[gauging]", 'cut_with = "out/record.json"\ncut_by = "corrected"\n[gauging]')
+    path.write_text(text + contour)
+    run("compensate", path, "-o", tmp_path / "o2", "--no-store")
+    for row, code in (("X-0.124 Z.054", 3), ("X-0.123 Z.054", 0)):
+        (tmp_path / "offsets.txt").write_text(TABLE.replace("X-0.1 Z.05", row))
+        said = run("compensate", path, "-o", tmp_path / "o3", "--no-store", status=code)
+        assert ("OFS-CHANGED" in said and "stated as run in a program: 'corrected'" in said) == bool(code)

@@ -118,7 +118,7 @@ def test_an_offset_that_is_not_in_force_is_not_changed(tmp_path: Path, dialect: 
             assert shifted.wear.tool == 0 and shifted.wear.blocks == ()
             assert any("would move nothing" in note for note in shifted.notes)
             assert ways_of(shifted.record) == (Ran.OFFSETS,)
-            with pytest.raises(TrueloopError, match="has no program 'wear'") as refused:
+            with pytest.raises(TrueloopError, match="is carried out by \"offsets\", not by 'wear'") as refused:
                 in_force(shifted.record, Ran.WEAR, inputs.program, None)
             assert refused.value.code is Code.CMP_CUT_WITH
             assert in_force(shifted.record, None, inputs.program, None).cut_with.ran is Ran.OFFSETS

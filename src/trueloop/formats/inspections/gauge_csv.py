@@ -86,8 +86,15 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     """The readings, one inspection for each part, instrument and operator. Raises MSR errors with line and column."""
     text, encoding = read_decoded(path)
     file = csv_of(text, path, KIND)
-    if stated.unit is not None:
-        raise file.refusal(f"the unit is stated as {stated.unit}, and {len(file.header)} columns state theirs", 1)
+    endings = {"mm": ("_in",), "inch": ("_mm", "_um"), None: ()}[stated.unit]
+    if others := [name for name in file.header if name in {*READ, *PLACES} and name.endswith(endings)]:
+        raise Code.MSR_UNIT.refusal(
+            f"the unit is stated as {stated.unit}, and the column {others[0]!r} states another",
+            hint="leave out the stated unit (`gauging.readings_unit`, `--unit`): the columns of gauge readings have "
+            "theirs; or correct the heading",
+            place=Place(str(path), 1),
+            values={"file": path.name},
+        )
     table = _Table(file.rows(COLUMNS), _statements(file))
     rows = [row for k in range(len(table.rows)) if (row := _row(table, k)) is not None]
     grouped: defaultdict[Key, list[_Row]] = defaultdict(list)

@@ -20,6 +20,7 @@ from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
+from trueloop.loops.monitor.certificate import on_the_machine
 from trueloop.storage.store import Kept, Store, find
 
 
@@ -56,8 +57,9 @@ class Records:
     def seen_by(self, inspection: Inspection) -> SeenBy | None:
         """Returns the kind of device that inspected it as a finished part; None: it was not finished yet.
 
-        Stated by a link to a cut, or by both inspections kept together; else touches are the machine's, anything else a
-        gauge's or a measuring machine's.
+        Stated by both inspections kept together, or by a link to a cut, of a part that was not released by its device
+        as well: sizes that no probe read are a gauge's. Else touches are the machine's,
+        anything else a gauge's or a measuring machine's.
         """
         if any(inspection.identity == both.on_machine for both in self.both):
             return SeenBy.MACHINE
@@ -65,7 +67,8 @@ class Records:
             return SeenBy.CMM
         link = self.links.get(inspection.identity)
         if link is not None:
-            return None if link.cut in self.early else SeenBy.CMM if link.released else SeenBy.MACHINE
+            by_gauge = inspection.measured == "readings" and not on_the_machine(inspection)
+            return None if link.cut in self.early else SeenBy.CMM if link.released or by_gauge else SeenBy.MACHINE
         return SeenBy.MACHINE if inspection.measured == "touches" else SeenBy.CMM
 
     def of_part(self, part: Part) -> Mapping[SeenBy, Inspection]:

@@ -57,7 +57,7 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
             require_later(read_record(file), inputs.inspections, files.path, time_needed=True)
     stated = programs.cut_with or ("" if after is None else str(after))
     if not inputs.measured_finished:
-        if programs.cut_with not in ("", GIVEN):
+        if programs.cut_with:
             raise _not_finished(files, programs.cut_with)
         return inputs
     if not stated:
@@ -81,6 +81,13 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
 
 
 def _stated(files: JobFiles, inputs: Inputs, stated: str, by: Ran | None) -> InForce:
+    if stated == GIVEN and by is not None:
+        raise Code.CMP_CUT_WITH.refusal(
+            f'programs.cut_with is "{GIVEN}", the finish program as it is, and programs.cut_by is {by.value!r}, of a '
+            "correction that was in force",
+            hint="leave `programs.cut_by` out, or name that correction in `programs.cut_with`",
+            values={"corrections": []},
+        )
     if stated == GIVEN:
         return InForce(stated=True)
     if ID.fullmatch(stated) and not (files.path.parent / stated).exists():

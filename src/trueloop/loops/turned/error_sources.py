@@ -184,7 +184,7 @@ def _of_feature(
     state = part.state.expecting(places)
     shares = [_share(state, places, (mean, functional[len(at) :]), source) for source in TERMS]
     normal = np.array([model.profile.features[index].outward_normal(float(s)) for s in at])
-    differs = float(part.between.variance_mm2(normal, np.full((1, len(at)), 1.0 / len(at)))[0])
+    differs = float(part.between.covariance_mm2(normal, np.full((1, len(at)), 1.0 / len(at)), np.eye(len(at)))[0, 0])
     shares = [_wider(one, differs) if one.source is Source.NEXT_CUT else one for one in shares]
     whole = state.predict(places, mean[None, :], repeatability=False)
     together, variance = float(whole.mean_mm[0]), float(whole.covariance_mm2[0, 0]) + differs

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from trueloop.domain.life import Ran
-from trueloop.domain.proposal import HeldTool
+from trueloop.domain.proposal import HeldTool, TableRow, ToolOffset
 from trueloop.domain.record import GIVEN, ChangedWord, CutWith, Product, Record, sha256_of
 from trueloop.errors import Code
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import Program
+from trueloop.units import MM_PER_INCH
 
 HINT: Final = 'state `programs.cut_with = "given"`, or the record of the correction in force'
 
@@ -56,20 +57,37 @@ class InForce:
         )
 
     def require_held(self, held: HeldTool) -> None:
-        """Raises OFS-CHANGED where a tool table that is given stands as before the wear that was entered."""
-        offset = None if self.record is None or self.cut_with.ran is not Ran.WEAR else self.record.tool_offset
-        if offset is None or offset.held.row is None or held.row is None:
+        """Raises OFS-CHANGED where a tool table that is given stands as before the wear that was entered, or holds the
+        offset that ran in a program.
+        """
+        offset = None if self.record is None else self.record.tool_offset
+        if offset is None or offset.held.row is None or held.row is None or not (offset.x_radius_mm or offset.z_mm):
             return
         before, now = offset.held.row, held.row
-        moved, entered = bool(offset.x_radius_mm or offset.z_mm), self.cut_with.correction
-        if moved and (before.x, before.z, before.unit, before.kind) == (now.x, now.z, now.unit, now.kind):
-            raise Code.OFS_CHANGED.refusal(
-                f"the row of tool {offset.tool} in {now.file!r} stands as before correction {entered}, which "
-                f"is stated as entered at the control: X {now.x}, Z {now.z}",
-                hint="name the table as it is at the control now, `tool.table`; if nothing was entered, state what cut "
-                "the part in `programs.cut_with`",
-                values={"tool": float(offset.tool)},
-            )
+        by_wear, of = self.cut_with.ran is Ran.WEAR, f"correction {self.cut_with.correction}"
+        if by_wear and (before.x, before.z, before.unit, before.kind) == (now.x, now.z, now.unit, now.kind):
+            why = f"stands as before {of}, which is stated as entered at the control"
+        elif not by_wear and _is_entered(offset, before, now):
+            why = f"holds {of}, which is stated as run in a program: {self.cut_with.ran.value!r}"
+        else:
+            return
+        raise Code.OFS_CHANGED.refusal(
+            f"the row of tool {offset.tool} in {now.file!r} {why}: X {now.x}, Z {now.z}",
+            hint="name the table that is in force with the next cut, `tool.table`, and state what cut the part in "
+            "`programs.cut_with` and `programs.cut_by`",
+            values={"tool": float(offset.tool)},
+        )
+
+
+def _is_entered(offset: ToolOffset, before: TableRow, now: TableRow) -> bool:
+    """Returns whether a row is what an offset makes of it, to half a step; X counts as a radius or as a diameter."""
+    if (before.unit, before.kind) != (now.unit, now.kind):
+        return False
+    unit_mm = 1.0 if now.unit == "mm" else MM_PER_INCH
+    x, z = (unit_mm * (float(b or 0.0) - float(a or 0.0)) for a, b in ((before.x, now.x), (before.z, now.z)))
+    step_mm = unit_mm * 10.0**-offset.decimals
+    off_mm = min(abs(x - counts * offset.x_radius_mm) for counts in (1.0, 2.0))
+    return max(off_mm, abs(z - offset.z_mm)) <= 0.5 * step_mm
 
 
 NOTHING: Final = InForce()
@@ -118,13 +136,19 @@ def _way(record: Record, by: Ran | None) -> Ran:
         return ways[0]
     if by is not None and by in (*ways, *_ways_beside(record)):
         return by
+    if by is Ran.CORRECTED and Ran.OFFSETS in ways:  # one text under both names
+        return Ran.OFFSETS
     said = " or ".join(f'"{way}"' for way in ways)
-    what = "can be carried out in several ways" if by is None else f"has no program {by.value!r}"
+    what = (
+        f"is carried out by {said}, not by {by.value!r}, as is stated"
+        if by is not None
+        else (f"can be carried out in several ways, and the job does not state which was in force: {said}")
+    )
     hint = f"cut_by = {said} (the program of that name, or the offset entered at the control)"
     if "edge" in record.options:
         hint = "without `cut_by` each tool counts as its own correction was decided"
     raise Code.CMP_CUT_WITH.refusal(
-        f"correction {record.id} {what}, and the job does not state which was in force: {said}",
+        f"correction {record.id} {what}",
         hint=f"state it in the job's table [programs]: {hint}",
         values={"corrections": [record.id]},
     )

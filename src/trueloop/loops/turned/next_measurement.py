@@ -25,6 +25,7 @@ from trueloop.memory.edge.predict import latest
 from trueloop.memory.edge.state import known_edge, observed, places_of
 from trueloop.memory.made_part import MadePart
 from trueloop.tolerances.conformance import judge
+from trueloop.turned.characteristics.judging import DRAWS, alike_along
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.fit.between_cuts import NONE, BetweenCuts
 from trueloop.turned.fit.prior.part_state import BY_DEFINITION_MM, PartState, in_frame
@@ -282,12 +283,14 @@ class _EdgeCovariance:
         self.noise = np.array([one.seen.standard_u_mm**2 for one in edge.candidates]) + np.array(own)
         on = slices[count]
         self.along = known.following[on] * np.sqrt(length / self.length_mm)[:, None]
-        varies = between.variance_mm2(_normals(profile, index, along), np.eye(len(index)))
-        self.other_mm2 = float(varies.mean() + known.following_mm2[on].mean())
+        each = np.eye(len(index))
+        varies = between.covariance_mm2(_normals(profile, index, along), each, each)
+        self.other_mm2 = float(np.diag(varies).mean() + known.following_mm2[on].mean())
         self.sizes = []
         for (asked, size), at in zip(sizes, slices[count + 1 :], strict=True):
-            other = between.variance_mm2(_normals(profile, size.feature_index, size.arc_length_mm), size.gains)
-            scatter = size.gains**2 @ known.following_mm2[at]
+            places = profile, size.feature_index, size.arc_length_mm
+            other = between.covariance_mm2(_normals(*places), size.gains, alike_along(*places))
+            scatter = size.gains @ np.diag(known.following_mm2[at]) @ size.gains.T
             self.sizes.append((asked, size.nominal, size.gains @ known.following[at], other + scatter))
 
     @property
@@ -301,15 +304,22 @@ class _EdgeCovariance:
         return float(np.einsum("ij,jk,ik->", self.along, self.covariance, self.along)) + self.other_mm2
 
     def out(self) -> list[tuple[float, str]]:
-        """Returns the probability of each characteristic to be out of its limits."""
+        """Returns the probability of each characteristic to be out of its limits, in any of its places."""
         return [
-            (_out(asked, nominal, _variance(rows, self.covariance) + other), asked.name)
+            (_out_anywhere(asked, nominal, rows @ self.covariance @ rows.T + other), asked.name)
             for asked, nominal, rows, other in self.sizes
         ]
 
     def at_stake(self, limited: bool) -> float:
-        """Returns the sum of the probabilities, or the mean square times the length."""
-        return math.fsum(p for p, _ in self.out()) if limited else self.next_mm2 * self.length_mm
+        """Returns the sum of the probabilities, each in the place least likely to be in, or the mean square times the
+        length.
+        """
+        if not limited:
+            return self.next_mm2 * self.length_mm
+        return math.fsum(
+            _out(asked, nominal, _variance(rows, self.covariance) + np.diag(other))
+            for asked, nominal, rows, other in self.sizes
+        )
 
     def gains(self, limited: bool) -> Array:
         """Returns by how much each candidate lowers `at_stake`, (n,)."""
@@ -319,7 +329,7 @@ class _EdgeCovariance:
             return np.asarray(np.sum((self.along @ seen) ** 2, axis=0) / variance * self.length_mm)
         gained = np.zeros(len(variance))
         for asked, nominal, rows, other in self.sizes:
-            before = _variance(rows, self.covariance) + other
+            before = _variance(rows, self.covariance) + np.diag(other)
             less = (rows @ seen) ** 2 / variance
             now = _out(asked, nominal, before)
             gained += [now - _out(asked, nominal, before - less[:, k]) for k in range(len(variance))]
@@ -349,6 +359,19 @@ def _out(characteristic: Characteristic, nominal: Array, variance: Array) -> flo
         for value, v in zip(nominal, variance, strict=True)
     )
     return 1.0 - min(one for one in each if one is not None)
+
+
+def _out_anywhere(characteristic: Characteristic, nominal: Array, covariance: Array) -> float:
+    """Returns the probability that any of the sizes is out, of a covariance (m, m): all have to be in together."""
+    least = _out(characteristic, nominal, np.diag(covariance))
+    if len(nominal) == 1:
+        return least
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    drawn = nominal + np.random.default_rng(0).standard_normal((DRAWS, len(nominal))) @ root.T
+    low = -math.inf if characteristic.lower_limit is None else characteristic.lower_limit
+    high = math.inf if characteristic.upper_limit is None else characteristic.upper_limit
+    return max(least, 1.0 - float(np.mean(np.all((drawn >= low) & (drawn <= high), axis=1))))
 
 
 def _variance(rows: Array, covariance: Array) -> Array:

@@ -22,7 +22,7 @@ SMOOTH_RAD: Final = PRIORS["nose_length"].median
 """Over so much contact angle a nose's form is smooth."""
 
 LEAST_GAIN: Final = 1 / 3
-FIRST: Final = wording("First part of this edge: corrected by the fit of its own touches.")
+FIRST: Final = wording("Nothing to learn from earlier parts of this edge yet: corrected by the fit of its own touches.")
 OFF: Final = 'correct by today\'s touches alone: [memory] use = "off"'
 
 
@@ -124,7 +124,12 @@ def flags(history: Sequence[MadePart], today: MadePart, gain: float) -> tuple[st
     inspected = [part for part in history if part.uncorrected_mm is not None]
     said = []
     if not of_edge(history, today):
-        said.append(wording("First part of this edge: corrected by its own touches and what earlier edges show."))
+        said.append(
+            wording(
+                "Nothing to learn from earlier parts of this edge yet: corrected by its own touches and what earlier "
+                "edges show."
+            )
+        )
     if not inspected:
         said.append(wording("No earlier part was inspected: what the finish cut does differently is assumed."))
     elif len(inspected) < 3:

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Judgement, Quantity, Verdict
 from trueloop.geometry.feature import Feature
+from trueloop.geometry.profile import Profile
 from trueloop.tolerances.conformance import PROVEN, judge
 from trueloop.turned.characteristics.measurand import Measurand
 from trueloop.turned.compensation.shift import Shift
@@ -200,10 +201,14 @@ def _along_cut(places: Places, share: Array) -> Array:
 
 
 def _alike(places: Places) -> Array:
-    """Returns the correlation of a cut's own differences at two places, (n, n)."""
-    length = np.array([_alike_over_mm(places.model.profile.features[i]) for i in places.feature_index])
-    apart = np.abs(np.subtract.outer(places.arc_length_mm, places.arc_length_mm))
-    return np.asarray(_same_feature(places) * np.exp(-apart / length))
+    return alike_along(places.model.profile, places.feature_index, places.arc_length_mm)
+
+
+def alike_along(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Array:
+    """Returns the correlation of a cut's own differences at n places, (n, n): exp(−d/ℓ) on one feature."""
+    length = np.array([_alike_over_mm(profile.features[i]) for i in feature_index])
+    apart = np.abs(np.subtract.outer(arc_length_mm, arc_length_mm))
+    return np.asarray(np.equal.outer(feature_index, feature_index) * np.exp(-apart / length))
 
 
 DRAWS: Final = 10_000

@@ -54,10 +54,12 @@ class BetweenCuts:
         """Returns both together, at one place."""
         return math.hypot(self.common_difference_mm, self.scatter_difference_mm)
 
-    def variance_mm2(self, normal: Array, gains: Array) -> Array:
-        """Returns the variances of functionals (m, n) of the differences at n places with normals (n, 2), (m,)."""
-        common = np.sum((gains @ normal) ** 2, axis=1) * self.common_difference_mm**2
-        return np.asarray(common + np.sum(gains**2, axis=1) * self.scatter_difference_mm**2)
+    def covariance_mm2(self, normal: Array, gains: Array, alike: Array) -> Array:
+        """Returns the covariance of functionals (m, n) of the differences at n places with normals (n, 2), (m, m);
+        `alike` (n, n) is the correlation of those that vary along the cut.
+        """
+        moved = gains @ normal * self.common_difference_mm
+        return np.asarray(moved @ moved.T + gains @ alike @ gains.T * self.scatter_difference_mm**2)
 
 
 PRIOR: Final = BetweenCuts(0.002, 0.0015, wording("prior for turning in general"))

@@ -160,10 +160,15 @@ def test_what_two_cells_say_or_nobody_can_say_is_refused_with_its_place(tmp_path
     assert (twice.code, twice.place.line) == (Code.MSR_COLUMN, 2)
 
 
-def test_a_stated_unit_contradicts_columns_that_name_theirs(tmp_path: Path) -> None:
-    with pytest.raises(TrueloopError) as caught:
-        read(tmp_path, "feature,diameter_mm\nA,20\n", StatedFacts("inch"))
-    assert caught.value.code is Code.MSR_COLUMN
+def test_a_stated_unit_agrees_with_columns_that_name_theirs_or_is_refused(tmp_path: Path) -> None:
+    mm, inch = StatedFacts("mm"), StatedFacts("inch")
+    for stated, text in ((inch, "feature,diameter_mm\nA,20\n"), (mm, "feature,z_in,diameter_mm\nA,1,20\n")):
+        with pytest.raises(TrueloopError) as caught:
+            read(tmp_path, text, stated)
+        assert caught.value.code is Code.MSR_UNIT and "`gauging.readings_unit`" in caught.value.hint
+    for stated, column, value in ((mm, "diameter_mm", 25.4), (inch, "diameter_in", 1)):
+        (one,) = read(tmp_path, f"feature,{column},uncertainty_um\nA,{value},1\n", stated).inspections
+        assert one.readings[0].actual == 25.4
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """Who saw a part, and what corrections took off its errors, from the records of a store."""
 
+from dataclasses import replace
+
 import pytest
 
 from tests.support.stores import cut, link, part, touched
@@ -22,6 +24,16 @@ def test_touches_off_the_machine_are_not_the_machines() -> None:
     records = read_records(store, None)
     assert [records.seen_by(one) for one in (on, off, early)] == [SeenBy.MACHINE, SeenBy.CMM, None]
     assert records.of_part(part()) == {SeenBy.MACHINE: on, SeenBy.CMM: off}
+
+
+def test_sizes_read_by_a_gauge_on_the_machine_are_not_its_probes() -> None:
+    store = open_store("sqlite://", create=True)
+    value = Reading("d1", Quantity.DIAMETER, 40.01, 40.0, feature="journal")
+    devices = {"4": "micrometer 25-50 mm", "5": "probe 12", "6": ""}
+    by = [replace(Inspection(part(), "readings", n * 64, 1, (value,)), device=name) for n, name in devices.items()]
+    keep(store, [*by, cut(), *(link(one, cut()) for one in by)])
+    records = read_records(store, None)
+    assert [records.seen_by(one) for one in by] == [SeenBy.CMM, SeenBy.MACHINE, SeenBy.CMM]
 
 
 @pytest.mark.parametrize(("quantity", "share"), [(Quantity.DIAMETER, 0.5), (Quantity.RADIUS, 1.0)])
