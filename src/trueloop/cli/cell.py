@@ -77,7 +77,7 @@ def _row(machine: str, now: "JournalState") -> dict[str, Any]:
 @app.command()
 def arm(
     order: Annotated[str, argument("The order's number.", metavar="ORDER")],
-    parts: Annotated[int, option("How many of its parts.", min=1)],
+    parts: Annotated[int, option("Number of its parts.", min=1)],
     why: Annotated[str, option("Who stands at the machine, and why; it is kept.")],
     settings: Settings = CELL,
 ) -> None:

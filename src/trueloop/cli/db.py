@@ -204,8 +204,8 @@ def init(place: Place = None) -> None:
 
 
 RowId = Annotated[str, argument("The wrong row, as `find` names it: inspection:12.", metavar="ROW")]
-File = Annotated[Path, argument("What `show ROW --json` printed, with the mistake mended.", metavar="FILE")]
-Why = Annotated[str, option("What was wrong.", "--why")]
+File = Annotated[Path, argument("Output of `show ROW --json`, with the mistake mended.", metavar="FILE")]
+Why = Annotated[str, option("The mistake in the row.", "--why")]
 By = Annotated[str, option("Name of the person who decides.  [default: the user]", "--by")]
 
 

@@ -119,9 +119,9 @@ def fixture(
     of: Of,
     page: Page,
     repeats_to_um: Annotated[
-        float | None, option("What one reading repeats to.  [default: as stated]", callback=positive)
+        float | None, option("Repeatability of one reading.  [default: as stated]", callback=positive)
     ] = None,
-    limit_um: Annotated[float | None, option("What it may vary by.  [default: no limit]", callback=positive)] = None,
+    limit_um: Annotated[float | None, option("Largest variation.  [default: no limit]", callback=positive)] = None,
     output: Output = None,
     db: Db = None,
     as_json: AsJson = False,

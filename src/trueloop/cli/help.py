@@ -12,7 +12,7 @@ from trueloop.cli.terminal import AsJson, guarded, print_json
 
 @guarded
 def docs(
-    words: Annotated[list[str] | None, argument("What to search for; left out, the first page.")] = None,
+    words: Annotated[list[str] | None, argument("Words to search for; left out, the first page.")] = None,
     port: Annotated[int, option("Port to serve at; 0: any that is free.", min=0, max=65535)] = 0,
     no_browser: Annotated[bool, option("Print the address and open no browser.", "--no-browser")] = False,
 ) -> None:

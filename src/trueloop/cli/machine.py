@@ -610,7 +610,7 @@ def plates(
     ] = None,
     step_mm: Annotated[float, option("Largest step between the nodes of the table.", callback=positive)] = 10.0,
     margin_mm: Annotated[
-        float, option("How far the table reaches beyond the holes, where it is a guess.", callback=not_negative)
+        float, option("Reach of the table beyond the holes, where it is a guess.", callback=not_negative)
     ] = 0.0,
     as_json: AsJson = False,
 ) -> None:

@@ -103,7 +103,7 @@ def serve(
 @app.command()
 def read(
     url: Annotated[str, argument("The agent's address, such as http://10.0.0.7:5000/lathe.", metavar="URL")],
-    seconds: Annotated[float, option("How long; 0: what is current.", metavar="N", min=0)] = 0.0,
+    seconds: Annotated[float, option("Duration; 0: the current values.", metavar="N", min=0)] = 0.0,
     kind: Annotated[
         list[str] | None, option("Only items of it, TEMPERATURE, PROGRAM …; repeatable.", "--type", metavar="TYPE")
     ] = None,

@@ -481,7 +481,7 @@ class Frame:
     frame: Annotated[
         Literal["program", "machine"],
         option(
-            "What the field's positions are: the program's own, in the work offset in force, or the machine's, "
+            "Positions of the field: the program's own, in the work offset in force, or the machine's, "
             "which are program + work offset + tool offset by the file of --offsets."
         ),
     ] = "program"
@@ -593,7 +593,7 @@ def path_of_program(
     file: ProgramFile,
     reading: Reading,
     tables: TablesAndOffsets,
-    form: Annotated[Literal["csv", "json"], option("How to print it.", "--format", "-f")] = "csv",
+    form: Annotated[Literal["csv", "json"], option("Format of the output.", "--format", "-f")] = "csv",
 ) -> None:
     """Print the tool path, a row a move: line, column, mm.
 

@@ -66,7 +66,7 @@ def program(
         Control | None, option("The control.  [default: the corrected program's]", "--control", "-c")
     ] = None,
     x_is: Annotated[
-        Literal["radius", "diameter"] | None, option("How another control than the program's counts offsets on X.")
+        Literal["radius", "diameter"] | None, option("Offsets on X at another control than the program's.")
     ] = None,
     output: Annotated[Path | None, option("File to write.  [default: stdout]", "--output", "-o")] = None,
 ) -> None:

@@ -76,7 +76,7 @@ def program(
 @app.command()
 def read(
     job: Job,
-    log: Annotated[Path, argument("What the control wrote.", metavar="LOG")],
+    log: Annotated[Path, argument("Log of the control.", metavar="LOG")],
     control: OfControl,
     store: StoreChoice,
     output: Output = None,
@@ -113,7 +113,7 @@ def read(
 @app.command()
 def trials(
     job: Job,
-    log: Annotated[Path, argument("What the control wrote.", metavar="LOG")],
+    log: Annotated[Path, argument("Log of the control.", metavar="LOG")],
     control: OfControl,
     output: Annotated[Path | None, option("File for the repeats.", "--output", "-o")] = None,
     setup: OfSetup = None,
@@ -164,7 +164,7 @@ def calibrate(
     ring: Annotated[bool, option("A ring, touched from inside.", "--ring")] = False,
     lobes: Annotated[int, option("Legs of the probe's switch.", min=1)] = 3,
     inch: Annotated[bool, option("The log is in inches.", "--inch")] = False,
-    x_is: Annotated[Literal["radius", "diameter"], option("What X is in the log.")] = "diameter",
+    x_is: Annotated[Literal["radius", "diameter"], option("X in the log: radius or diameter.")] = "diameter",
 ) -> None:
     """Print a probe file's [calibration]: ball radius and lobing."""
     from trueloop.formats.jobs.probe_toml import calibration_toml

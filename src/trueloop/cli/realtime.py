@@ -36,7 +36,7 @@ def check(
     model: ModelFile,
     image: ImageFile = None,
     limit_nm: Annotated[float, option("Most that may be left, nm RMS.", min=0.0)] = 2.0,
-    slew: Annotated[float, option("What `rtec.slew` was, mm/s.", min=1e-6)] = 5.0,
+    slew: Annotated[float, option("Value of `rtec.slew` in the run, mm/s.", min=1e-6)] = 5.0,
     as_json: AsJson = False,
 ) -> None:
     """Judge a recorded run by the model itself. Exit status 1 when more is left, or a step was beyond the slew."""
@@ -224,7 +224,7 @@ def image(
         float, option("Largest correction of an axis that may pass.", min=0.001, callback=positive)
     ] = 150.0,
     gate_um: Annotated[
-        float, option("How far off its path a row of the table still holds.", min=0.001, callback=positive)
+        float, option("Distance from its path at which a row of the table still holds.", min=0.001, callback=positive)
     ] = 100.0,
     as_json: AsJson = False,
 ) -> None:
@@ -350,7 +350,7 @@ def signals(
         bool, option("Read every source once, print values and ages; needs no LinuxCNC.", "--check")
     ] = False,
     wait_s: Annotated[
-        float, option("How long --check waits for a source, s.", "--wait", metavar="S", min=0.1, max=600)
+        float, option("Longest wait of --check for a source, s.", "--wait", metavar="S", min=0.1, max=600)
     ] = 5.0,
     as_json: AsJson = False,
 ) -> None:

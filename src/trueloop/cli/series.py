@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from trueloop.report.series.values import SeriesShape
     from trueloop.storage.store import Store
 
-Files = Annotated[list[Path], argument("What a gauge or a measuring machine wrote of finished parts.", metavar="FILE…")]
+Files = Annotated[list[Path], argument("Files of a gauge or a measuring machine, of finished parts.", metavar="FILE…")]
 NONE = "none"
 
 
@@ -191,7 +191,7 @@ class Offset:
     table_unit: Annotated[Literal["mm", "inch"] | None, option("Unit of a table that does not state its own.")] = None
     x_is: Annotated[
         Literal["radius", "diameter"] | None,
-        option("How the control counts offsets on X.  [default: as the job's program]"),
+        option("Offsets on X at the control: radius or diameter.  [default: as the job's program]"),
     ] = None
 
     def where(self) -> "Written | None":
@@ -302,7 +302,7 @@ def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_js
 class Shop:
     """Settings of the simulated shop."""
 
-    parts: Annotated[int, option("How many parts.", min=2, max=10_000)] = 30
+    parts: Annotated[int, option("Number of parts.", min=2, max=10_000)] = 30
     seed: Annotated[int, option("Another number gives another series.", min=0)] = 0
     gain: Annotated[float, option("Share of a correction that arrives: 2 is twice as much.")] = 1.0
     tool_changed_at: Annotated[int | None, option("Part before which the edge is changed, as is known.", min=2)] = None

@@ -72,14 +72,14 @@ class SignOn:
     """Whom it trusts to say who signs in."""
 
     oidc_issuer: Annotated[str | None, option("Identity provider (OpenID Connect).", metavar="URL")] = None
-    oidc_client_id: Annotated[str | None, option("What it calls this service.")] = None
+    oidc_client_id: Annotated[str | None, option("Its name for this service.")] = None
     oidc_secret_file: Annotated[
         Path | None,
         option(
             f"The client's secret.  [default: the environment variable {SECRET}; without both, none]", metavar="FILE"
         ),
     ] = None
-    oidc_label: Annotated[str, option("What the sign-in page calls it.")] = "Single sign-on"
+    oidc_label: Annotated[str, option("Its name on the sign-in page.")] = "Single sign-on"
     oidc_role_claim: Annotated[
         str | None, option("Claim that gives the role.  [default: the account's]", metavar="CLAIM")
     ] = None

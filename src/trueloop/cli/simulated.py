@@ -66,7 +66,9 @@ def loop(
     job: Job,
     machine: Machine = None,
     seed: Seed = 0,
-    feed_override: Annotated[float, option("How much faster than programmed it cuts.", min=0.1, max=10.0)] = 8.0,
+    feed_override: Annotated[
+        float, option("Feed override: cutting speed over the programmed one.", min=0.1, max=10.0)
+    ] = 8.0,
     as_json: AsJson = False,
 ) -> None:
     """Run semi-finish, probing and corrected finish cut in LinuxCNC.

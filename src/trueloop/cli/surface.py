@@ -239,7 +239,7 @@ def pattern(
     earlier: EarlierParts,
     run: Run,
     magnify: Annotated[
-        float, option("How many times the magnified surface shows the pattern.", callback=positive)
+        float, option("Magnification of the pattern in the magnified surface.", callback=positive)
     ] = 100.0,
     as_json: AsJson = False,
 ) -> None:
@@ -317,7 +317,7 @@ class Passes:
     scallop_um: Annotated[float, option("Height of the ridges between passes.", callback=positive)] = 2.0
     chord_um: Annotated[float, option("Chord tolerance along a pass.", callback=positive)] = 1.0
     feed: Annotated[float, option("Feed in mm/min.", callback=positive)] = 300.0
-    dialect: Annotated[Literal["linuxcnc"], option("How to write it.")] = "linuxcnc"
+    dialect: Annotated[Literal["linuxcnc"], option("Dialect of the program.")] = "linuxcnc"
 
 
 @app.command()

@@ -96,7 +96,7 @@ class Offsets:
 class Mounted:
     """The edge that is mounted."""
 
-    holder: Annotated[str, option("What the holder is called; no two alike.")] = ""
+    holder: Annotated[str, option("Name of the holder; no two alike.")] = ""
     insert: Annotated[str, option("The insert: its designation, or the number on it.")] = ""
     corner: Annotated[str, option("Which corner of the insert cuts.")] = ""
     nose_radius_mm: Annotated[float | None, option("Nose radius; 0 for a pointed tool.")] = None
@@ -156,7 +156,7 @@ def wear(
     tool: ToolName,
     when: When,
     flank_mm: Annotated[float | None, option("Width of flank wear land, VB of ISO 3685.")] = None,
-    minutes_in_cut: Annotated[float | None, option("How long the edge has cut since it was mounted.")] = None,
+    minutes_in_cut: Annotated[float | None, option("Time in cut since the edge was mounted.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Wear measured, or time in cut read from the control."""

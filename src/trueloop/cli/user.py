@@ -123,9 +123,9 @@ keys = Group("Keys by which cells of machines and monitoring get in.")
 
 @keys.command("add")
 def add_key(
-    name: Annotated[str, argument("What to call it: who or what uses it.", metavar="NAME")],
+    name: Annotated[str, argument("Name of the key: its user.", metavar="NAME")],
     machine: Annotated[str, option("The machine whose cell it is for.")] = "",
-    days: Annotated[int, option("How many days it holds.")] = 365,
+    days: Annotated[int, option("Days for which it holds.")] = 365,
     metrics: Annotated[bool, option("For /metrics instead of a machine.", "--metrics")] = False,
     db: Db = None,
 ) -> None:

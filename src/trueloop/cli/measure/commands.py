@@ -23,7 +23,7 @@ Unit = Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [de
 Columns = Annotated[
     list[str] | None,
     option(
-        "What a column holds: actual=Ist; several times. Of columns side by side: parts=, repeats=, characteristics=.",
+        "Meaning of a column: actual=Ist; repeatable. Of columns side by side: parts=, repeats=, characteristics=.",
         "--column",
         "-c",
         metavar="MEANING=HEADING",
@@ -106,8 +106,10 @@ class Moves:
     """How a program leads the ball."""
 
     ball_radius_mm: Annotated[float, option("Radius of the ball that the moves are for.", callback=positive)] = 1.0
-    approach_mm: Annotated[float, option("How far before the surface a touch begins.", callback=positive)] = 3.0
-    clearance_mm: Annotated[float, option("How far moves between points keep outside.", callback=positive)] = 10.0
+    approach_mm: Annotated[float, option("Distance before the surface at which a touch begins.", callback=positive)] = (
+        3.0
+    )
+    clearance_mm: Annotated[float, option("Distance of moves between points from the part.", callback=positive)] = 10.0
 
 
 def plan(
@@ -152,7 +154,7 @@ def sheet(job: Job, output: SheetOutput = None) -> None:
         typer.echo(f"written: {write_sheet(planned, output)}", err=True)
 
 
-File = Annotated[Path, argument("What a gauge, a measuring machine or a control wrote.", metavar="FILE")]
+File = Annotated[Path, argument("File of a gauge, a measuring machine or a control.", metavar="FILE")]
 Output = Annotated[Path, option("File to write: QIF 3.0 (.qif), Q-DAS (.dfq) or DMIS (.dmo).", "--output", "-o")]
 Mapping = Annotated[
     Path | None, option("TOML file that states what columns, variables and names mean.", "--mapping", "-m")

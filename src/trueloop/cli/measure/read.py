@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.report.measured import FileOnPart, OnPart, ValueRow
 
-Files = Annotated[list[Path], argument("What a gauge, a measuring machine or a control wrote.", metavar="FILE…")]
+Files = Annotated[list[Path], argument("File of a gauge, a measuring machine or a control.", metavar="FILE…")]
 Job = Annotated[Path | None, option("The job whose part was measured.  [default: none]", "--job", "-j")]
 Output = Annotated[
     Path | None, option("CSV to write of touches or readings that a job can name; needs --job.", "--output", "-o")
@@ -58,7 +58,7 @@ class CutShown:
     ran: Annotated[
         Literal["corrected", "offsets", "wear", "as-programmed"] | None,
         option(
-            "What was run; wear: the offset was entered at the control; as-programmed: nothing corrected.  "
+            "The program that ran; wear: the offset was entered at the control; as-programmed: nothing corrected.  "
             "[default: what was to be run]"
         ),
     ] = None

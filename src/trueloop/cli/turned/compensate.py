@@ -37,7 +37,7 @@ def compensate(
     ] = None,
     serial: Annotated[str | None, option("Serial number of the part.  [default: part.serial of the job]")] = None,
     memory: Annotated[
-        MemoryUse | None, option("How earlier parts of the edge take part.  [default: memory.use of the job]")
+        MemoryUse | None, option("Use of the edge's earlier parts.  [default: memory.use of the job]")
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -53,7 +53,7 @@ def draw(svg: str, picture: Path, source: Path) -> None:
 class Table:
     """The table's name and folder."""
 
-    name: Annotated[str | None, option("What the part is called.  [default: the file's name]")] = None
+    name: Annotated[str | None, option("Name of the part.  [default: the file's name]")] = None
     output: Annotated[Path | None, option("File for the table.  [default: print it]", "--output", "-o")] = None
 
     def hand_over(
