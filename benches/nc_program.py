@@ -22,7 +22,7 @@ from benches.nc_rivals import by_trueloop, loss, rivals
 from benches.ratio import Contender, Samples, compare, process, verdict
 from trueloop.domain.option import MapOptions
 from trueloop.jobs.machine.mapped_program import map_program
-from trueloop.nc.field.field import similarity_field
+from trueloop.nc.field import similarity_field
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 

@@ -33,8 +33,8 @@ from trueloop.jobs.turned.compensate import compensate_part as compensate_part
 from trueloop.formats.input_file import read_program as read_program
 from trueloop.nc.check.check import check as check
 from trueloop.nc.match.difference import path_difference as path_difference
-from trueloop.nc.field.field import similarity_field as similarity_field
-from trueloop.nc.field.field import function_field as function_field
+from trueloop.nc.field import similarity_field as similarity_field
+from trueloop.nc.field import function_field as function_field
 from trueloop.formats.measurements.field_csv import read_field as read_field
 from trueloop.domain.option import MapOptions as MapOptions
 from trueloop.jobs.machine.mapped_program import displace_program as displace_program

@@ -11,7 +11,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.nc.check.check import check
 from trueloop.nc.edit.edit import Edit, apply_edits, displace_word, set_offset
-from trueloop.nc.field.field import function_field, table_field
+from trueloop.nc.field import function_field, table_field
 from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import CoordinateState

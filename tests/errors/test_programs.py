@@ -16,7 +16,7 @@ from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.nc.check.check import check
 from trueloop.nc.edit.edit import displace_word, set_offset
-from trueloop.nc.field.field import table_field
+from trueloop.nc.field import table_field
 from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.along import feed_moves

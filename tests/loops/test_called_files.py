@@ -12,7 +12,7 @@ from trueloop.jobs.machine.mapped_program import displace_program, program_obsta
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.nc.field.field import similarity_field
+from trueloop.nc.field import similarity_field
 
 T1 = (1, 1)
 SHAFT = drawn(

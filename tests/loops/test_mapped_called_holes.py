@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.mapped import FREE, mapped, path_of
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.field.field import Field, affine_field, function_field
+from trueloop.nc.field import Field, affine_field, function_field
 
 SHIFT = affine_field(np.eye(3), (0.1, 0.2, -0.05))
 RISING = function_field(lambda p: np.column_stack([0 * p[:, 0], 0 * p[:, 0], 1e-3 * p[:, 0]]), "rising")

@@ -16,7 +16,7 @@ from tests.support.plain_moves import plain_program
 from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine import mapped_program
-from trueloop.nc.field.field import Field, affine_field, function_field, similarity_field
+from trueloop.nc.field import Field, affine_field, function_field, similarity_field
 from trueloop.nc.match.difference import path_difference
 
 SHIFT = affine_field(np.eye(3), (0.01, 0.02, -0.003))

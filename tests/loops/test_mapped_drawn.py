@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.support.cli import invoke
 from tests.support.drawn_contours import DRAWING, drawn_contours
 from tests.support.mapped import MIXED, displaced_path, mapped, path_of
-from trueloop.nc.field.field import Field, affine_field, function_field, similarity_field
+from trueloop.nc.field import Field, affine_field, function_field, similarity_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program
 

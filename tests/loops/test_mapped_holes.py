@@ -11,7 +11,7 @@ from trueloop.arrays import Array
 from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine import mapped_program
-from trueloop.nc.field.field import affine_field, function_field
+from trueloop.nc.field import affine_field, function_field
 
 INCH_MM = 25.4
 

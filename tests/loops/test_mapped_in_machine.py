@@ -13,7 +13,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import Machine
 from trueloop.machine.model.structure import mill_terms, turning_terms
-from trueloop.nc.field.field import Field, field_in_machine, function_field, machine_field
+from trueloop.nc.field import Field, field_in_machine, function_field, machine_field
 from trueloop.nc.program.called import CutterTool
 
 STRETCHED = function_field(lambda p: 1e-3 * p, "stretched")

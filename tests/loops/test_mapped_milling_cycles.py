@@ -12,7 +12,7 @@ from tests.support.mapped import FREE, mapped, path_of
 from trueloop.arrays import Array
 from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.field.field import Field, affine_field, function_field
+from trueloop.nc.field import Field, affine_field, function_field
 
 SHIFT = affine_field(np.eye(3), (0.1, 0.2, -0.05))
 

@@ -18,7 +18,7 @@ from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine import mapped_program
 from trueloop.jobs.machine.mapped_program import map_program
-from trueloop.nc.field.field import affine_field, function_field, similarity_field, table_field
+from trueloop.nc.field import affine_field, function_field, similarity_field, table_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program
 
@@ -357,7 +357,7 @@ LARGE = """
 import resource, sys
 from pathlib import Path
 from trueloop.jobs.machine.mapped_program import map_program
-from trueloop.nc.field.field import similarity_field
+from trueloop.nc.field import similarity_field
 done = map_program(Path(sys.argv[1]), Path(sys.argv[2]), similarity_field(scale=1.0001), dialect="linuxcnc")
 print(done.blocks, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """

@@ -10,7 +10,7 @@ from tests.support.refusals import refused
 from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.machine.mapped_program import map_program
-from trueloop.nc.field.field import similarity_field
+from trueloop.nc.field import similarity_field
 from trueloop.nc.program.program import read_program
 
 SHIFT_MM = (0.1, 0.0, -0.25)

@@ -7,7 +7,7 @@ import pytest
 from tests.support.mapped import mapped
 from tests.support.refusals import refused
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.field.field import similarity_field
+from trueloop.nc.field import similarity_field
 
 SHIFT = similarity_field(shift_mm=(0.01, 0.0, 0.01))
 AT_ZERO = "G21 G90 G0 A0. X0. Y0. Z5.\nG1 Z-1. F100.\nX10.\n"

@@ -14,7 +14,7 @@ from tests.support.refusals import refused
 from tests.support.roughing_reference import Piece
 from trueloop.domain.option import MapOptions
 from trueloop.errors import Code
-from trueloop.nc.field.field import Field, affine_field, function_field
+from trueloop.nc.field import Field, affine_field, function_field
 from trueloop.nc.program.program import read_program
 
 SHIFT = affine_field(np.eye(3), [0.03, 0.0, -0.02])

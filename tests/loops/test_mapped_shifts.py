@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.mapped import mapped
-from trueloop.nc.field.field import function_field, table_field
+from trueloop.nc.field import function_field, table_field
 
 RISING = table_field(
     np.array([-100.0, 0.0, 100.0]),

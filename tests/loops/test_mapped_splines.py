@@ -13,7 +13,7 @@ from tests.support.mapped import MIXED, displaced_path, mapped, path_of
 from tests.support.splines import splines
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.field.field import affine_field, similarity_field
+from trueloop.nc.field import affine_field, similarity_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program
 

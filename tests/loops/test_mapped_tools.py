@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.mapped import mapped
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.field.field import function_field
+from trueloop.nc.field import function_field
 
 SLOPED = function_field(lambda p: 1e-3 * p + 0.01, "sloped")
 """1 µm a millimetre along each axis, and 10 µm."""

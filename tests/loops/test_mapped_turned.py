@@ -16,7 +16,7 @@ from tests.support.mapped import MIXED, mapped
 from tests.support.nc_judge import assert_same_moves
 from trueloop.domain.option import MapOptions
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.field.field import Field, similarity_field
+from trueloop.nc.field import Field, similarity_field
 from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion

@@ -18,7 +18,7 @@ from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.standards import QuadrupoleField
 from trueloop.nc.check.check import check
-from trueloop.nc.field.field import affine_field
+from trueloop.nc.field import affine_field
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.program import corrected_program
 

@@ -15,7 +15,7 @@ from trueloop.jobs.surface.job import corrected_files, read_surface
 from trueloop.loops.machine import program as machine
 from trueloop.loops.surface import correction as surface
 from trueloop.loops.surface.correction import correct_parts
-from trueloop.nc.field.field import similarity_field
+from trueloop.nc.field import similarity_field
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -10,7 +10,7 @@ import pytest
 from tests.support.cli import run
 from tests.support.mapped import FREE, mapped, path_of
 from trueloop.domain.option import MapOptions
-from trueloop.nc.field.field import function_field
+from trueloop.nc.field import function_field
 from trueloop.nc.program.program import read_program
 
 EXAMPLES = Path(__file__).parents[2] / "src/trueloop/examples"

@@ -15,7 +15,7 @@ from tests.support.mapped import mapped
 from tests.support.nc_judge import assert_same_moves
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.field.field import Field, function_field
+from trueloop.nc.field import Field, function_field
 from trueloop.nc.program.program import read_program
 
 AXES = {17: ("X", "Y", "Z"), 18: ("Z", "X", "Y"), 19: ("Y", "Z", "X")}

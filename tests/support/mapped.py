@@ -7,7 +7,7 @@ import numpy as np
 from trueloop.domain.option import MapOptions
 from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.loops.machine.mapped_program import Mapped
-from trueloop.nc.field.field import Field, function_field
+from trueloop.nc.field import Field, function_field
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import ToolPath
 

@@ -22,8 +22,8 @@ def run(settings: Settings = CELL) -> None:
     import signal
     import threading
 
-    from trueloop.jobs.cell.run import opened
-    from trueloop.jobs.cell.run import run as work
+    from trueloop.jobs.cell import opened
+    from trueloop.jobs.cell import run as work
 
     stop = threading.Event()
     for one in (signal.SIGINT, signal.SIGTERM):
@@ -85,7 +85,7 @@ def arm(
 
     Entered at the machine.
     """
-    from trueloop.jobs.cell.run import opened
+    from trueloop.jobs.cell import opened
 
     opened(settings).service.arm(order, parts, why)
     typer.echo(f"armed: order {order}, {parts} parts", err=True)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from trueloop.geometry.setup_frame import SetupFrame
     from trueloop.loops.machine.mapped_program import Mapped
     from trueloop.loops.turned.cuts import CutFeature
-    from trueloop.nc.field.field import Field
+    from trueloop.nc.field import Field
     from trueloop.nc.match.contour_match import FeatureMatch, MatchedMove
     from trueloop.nc.program.parts import Stretch
     from trueloop.nc.program.program import Program
@@ -81,7 +81,7 @@ what it is refused for depends on the program alone.
 
 def _obstacles_to_any_field(file: Path, reading: Reading, dialect: str) -> "list[TrueloopError]":
     from trueloop.jobs.machine.mapped_program import program_obstacles
-    from trueloop.nc.field.field import similarity_field
+    from trueloop.nc.field import similarity_field
 
     options = Bounds().options(None, reading, 0)
     field = similarity_field(scale=_SCALE_OF_CHECK)
@@ -429,7 +429,7 @@ class Displacements:
     def field(self) -> "Field":
         """The field. Raises NC-FIELD."""
         from trueloop.formats.measurements.field_csv import read_field
-        from trueloop.nc.field.field import similarity_field
+        from trueloop.nc.field import similarity_field
 
         rigid = [option for option in (self.shift, self.rotate, self.scale) if option is not None]
         if bool(self.table) == bool(rigid):
@@ -496,7 +496,7 @@ class Frame:
 
     def of(self, field: "Field") -> "Field":
         """The field as it is, or in the machine."""
-        from trueloop.nc.field.field import field_in_machine
+        from trueloop.nc.field import field_in_machine
 
         if (self.frame == "machine") != (self.offsets_file is not None):
             raise typer.BadParameter("--frame machine and --offsets go together", param_hint="--frame")

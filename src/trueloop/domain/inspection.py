@@ -6,7 +6,7 @@ from datetime import datetime
 from functools import lru_cache
 from typing import Literal, TypeAlias, TypeVar, cast
 
-from trueloop.domain.characteristic import Quantity
+from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.life import Identity
 from trueloop.domain.part import Part
 from trueloop.domain.tool import Machine
@@ -59,6 +59,11 @@ class Reading:
     temperature_c: float | None = None
     line: int | None = None
     side: Literal["", "inner", "outer"] = ""
+
+    def size(self, nominal: float) -> Characteristic:
+        """Returns the size with that nominal value that the reading is of, with its limits."""
+        limits = self.lower_limit, self.upper_limit
+        return Characteristic(self.characteristic, self.quantity, self.feature, nominal, *limits, other=self.other)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.feature import Arc, Feature, Point
@@ -79,7 +80,7 @@ def _require_feature(feature: Feature, gap_mm: float) -> None:
         )
     if feature.length_mm <= gap_mm:
         raise Code.GEO_LENGTH.refusal(
-            f"'{feature.name}' at {_at(feature.start_mm)} is {feature.length_mm:.6f} mm long",
+            f"'{feature.name}' at {place_words(feature.start_mm)} is {feature.length_mm:.6f} mm long",
             hint=f"leave it out: ends within {gap_mm} mm count as one point",
             values={"feature": feature.name, "length_mm": feature.length_mm},
         )
@@ -98,7 +99,7 @@ def _require_arc(arc: Arc, gap_mm: float) -> None:
     if off_mm > gap_mm or abs(arc.sweep_rad) > 2 * math.pi:
         raise Code.GEO_ARC.refusal(
             f"'{arc.name}', radius {arc.radius_mm:.4f} mm, sweep {math.degrees(arc.sweep_rad):.4f}°, "
-            f"ends {off_mm:.4f} mm from its end point {_at(arc.end_mm)}",
+            f"ends {off_mm:.4f} mm from its end point {place_words(arc.end_mm)}",
             hint="start and end must lie on one circle about the centre, the sweep at most one turn apart",
             values={"feature": arc.name, "radius_mm": arc.radius_mm},
         )
@@ -143,8 +144,8 @@ def _require_chain(features: Sequence[Feature], side: Side, gap_mm: float) -> No
     for before, after in pairwise(features):
         if (gap := math.dist(before.end_mm, after.start_mm)) > gap_mm:
             raise Code.GEO_GAP.refusal(
-                f"'{before.name}' ends at {_at(before.end_mm)}, '{after.name}' starts {gap:.4f} mm away at "
-                f"{_at(after.start_mm)}",
+                f"'{before.name}' ends at {place_words(before.end_mm)}, '{after.name}' starts {gap:.4f} mm away at "
+                f"{place_words(after.start_mm)}",
                 hint="let each feature start where the one before it ends",
                 values={"gap_mm": gap},
             )
@@ -154,7 +155,7 @@ def _require_chain(features: Sequence[Feature], side: Side, gap_mm: float) -> No
             f"'{features[i].name}' and '{features[j].name}' cross" if i != j else f"'{features[i].name}' crosses itself"
         )
         raise Code.GEO_CROSSING.refusal(
-            f"{who} at {_at(place)}",
+            f"{who} at {place_words(place)}",
             hint="a profile touches itself nowhere but where one feature hands over to the next",
             values={"features": [features[i].name, features[j].name], "x_mm": place[0], "z_mm": place[1]},
         )
@@ -166,7 +167,8 @@ def _require_side(start: Point, end: Point, side: Side, gap_mm: float) -> None:
         return
     way = "towards the chuck" if end[1] < start[1] - gap_mm else "away from it" if end[1] > start[1] + gap_mm else ""
     raise Code.GEO_ORDER.refusal(
-        f"the {_SIDE_WORDS[side]} runs from {_at(start)} to {_at(end)}, {way or 'outwards along a face'}",
+        f"the {_SIDE_WORDS[side]} runs from {place_words(start)} to {place_words(end)}, "
+        f"{way or 'outwards along a face'}",
         hint='order an outside from chuck end to free end, a bore (`part.side = "inside"`) from free end to '
         "chuck end, a "
         "front face alone inwards: normals and error signs depend on it",
@@ -200,5 +202,6 @@ def _require_design(profile: Profile, by_design: Mapping[tuple[str, str], Juncti
             )
 
 
-def _at(point: Point) -> str:
+def place_words(point: Point | Array) -> str:
+    """Describes a place by x and z in mm."""
     return f"x = {point[0]:.4f} mm, z = {point[1]:.4f} mm"

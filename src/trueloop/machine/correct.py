@@ -18,7 +18,7 @@ from trueloop.machine.model.term import Signals
 from trueloop.machine.model.validity import ROUNDING_MM, check_signals, check_state, check_travel
 from trueloop.machine.standards import PlanarField
 from trueloop.nc.edit.edit import Edit, displace_word, insert_word
-from trueloop.nc.field.field import FROM_REFERENCE, DisplaceInMachine, Field, looked_up, machine_field, require_offsets
+from trueloop.nc.field import FROM_REFERENCE, DisplaceInMachine, Field, looked_up, machine_field, require_offsets
 from trueloop.nc.program.called import CutterTool
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import Block, Program, Word

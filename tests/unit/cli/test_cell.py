@@ -8,7 +8,7 @@ import pytest
 from tests.support.cli import invoke as run
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.formats.cell_toml import read_cell
-from trueloop.jobs.cell.run import opened
+from trueloop.jobs.cell import opened
 
 SETTINGS = '[cell]\nmachine = "lathe"\nservice = "http://127.0.0.1:1"\n[linuxcnc]\nini = "lathe.ini"\n'
 

@@ -7,7 +7,7 @@ from trueloop.errors import TrueloopError
 from trueloop.machine.correct import TableField, displace_points
 from trueloop.machine.standards import QuadrupoleField
 from trueloop.nc.edit.edit import apply_edits
-from trueloop.nc.field.field import table_field
+from trueloop.nc.field import table_field
 from trueloop.nc.program.program import read_program
 
 FIELD = QuadrupoleField(1e-4, 0.0)

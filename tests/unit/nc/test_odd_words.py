@@ -8,7 +8,7 @@ import pytest
 from tests.support.linuxcnc import ProgramRefusedError, interpret
 from tests.support.mapped import mapped
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.nc.field.field import affine_field
+from trueloop.nc.field import affine_field
 from trueloop.nc.program.program import read_program
 
 LATHE = "G21 G99 F.1\nG00 X20. Z5.\n"

@@ -13,7 +13,7 @@ from trueloop.machine.correct import Setup
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.term import Part, Term, segments
-from trueloop.nc.field.field import affine_field
+from trueloop.nc.field import affine_field
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import PER_MINUTE, PER_REVOLUTION
 from trueloop.nc.program.understood import require_known_frame, require_understood

@@ -192,16 +192,6 @@ class Verdict:
         """Returns the probability that no error is wrong by as much as the residuals could show."""
         return dict(self.hypotheses).get((), 0.0)
 
-    def credible(self, level: float = 0.995) -> tuple[Hypothesis, ...]:
-        """Returns the fewest hypotheses that hold the truth with that probability; () where nothing may be wrong."""
-        total, found = 0.0, []
-        for hypothesis, probability in self.hypotheses:
-            found.append(hypothesis)
-            total += probability
-            if total >= level:
-                break
-        return tuple(found)
-
 
 def judge(chain: Chain, residuals: Residuals, pairs: bool = True, *, turned: bool = False) -> Verdict:
     """Probabilities of what is wrong, and sets of names with what would divide them.

@@ -28,7 +28,7 @@ from trueloop.formats.cad.dxf_views import Candidate, View
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.profile import Side, named_by_kind
-from trueloop.geometry.validate import from_chuck
+from trueloop.geometry.validate import from_chuck, place_words
 from trueloop.units import MM_PER_INCH
 
 if TYPE_CHECKING:
@@ -284,7 +284,7 @@ def chains_of(edges: Edges, within_mm: float, path: Path) -> list[Chain]:
     others = (near < tree.n) & (near != np.arange(tree.n)[:, None])
     for end in np.flatnonzero(others.sum(axis=1) > 1):
         count = tree.query_ball_point(ends[end], within_mm, return_length=True)
-        raise _choice(path, f"{count} ends meet at {_at(ends[end])}", "leave one way on at every point")
+        raise _choice(path, f"{count} ends meet at {place_words(ends[end])}", "leave one way on at every point")
     free = np.flatnonzero(~others.any(axis=1))
     _refuse_slip(ends, free, within_mm, path)
     chains = _walk(np.where(others, near, -1).max(axis=1).tolist(), free.tolist())
@@ -326,15 +326,11 @@ def _refuse_slip(ends: Array, free: Numbers, within_mm: float, path: Path) -> No
         first, second = ends[free[i]], ends[near[i, j]]
         gap_mm = math.dist(first, second)
         raise Code.GEO_GAP.refusal(
-            f"two ends lie {gap_mm:.4f} mm apart, at {_at(first)} and {_at(second)}",
+            f"two ends lie {gap_mm:.4f} mm apart, at {place_words(first)} and {place_words(second)}",
             hint=f"join them in the drawing: ends within {within_mm:g} mm count as one point",
             place=Place(str(path)),
             values={"gap_mm": gap_mm},
         )
-
-
-def _at(point: Array) -> str:
-    return f"x = {point[0]:.4f} mm, z = {point[1]:.4f} mm"
 
 
 def _choice(path: Path, message: str, hint: str) -> TrueloopError:

@@ -19,7 +19,7 @@ from trueloop.errors import Code, Place
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.measurements.rows import CsvKind, Rows, read_csv, vectors
 from trueloop.machine.standards import LeftOut
-from trueloop.nc.field.field import Field, table_field
+from trueloop.nc.field import Field, table_field
 from trueloop.units import UM_PER_MM
 
 _POSITIONS: Final = ("x_mm", "y_mm", "z_mm")

@@ -27,7 +27,7 @@ from trueloop.loops.machine.program import (
 from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.standards import PlanarField
-from trueloop.nc.field.field import Field
+from trueloop.nc.field import Field
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import Program

@@ -24,7 +24,7 @@ from trueloop.formats.outputs import write_all
 from trueloop.formats.realtime.image_file import read_image
 from trueloop.formats.realtime.samples_csv import Recording, read_samples
 from trueloop.formats.tables.model_file import read_model
-from trueloop.jobs.cell.run import opened
+from trueloop.jobs.cell import opened
 from trueloop.jobs.realtime.live_server import LOCAL, LiveServer
 from trueloop.machine.model.chain import ZERO, Vector
 from trueloop.realtime.envelope import NONE, Envelope, Tally, counted, empty, gathered

@@ -19,7 +19,7 @@ from trueloop.loops.machine.drawn_program import has_shapes, written_out_file
 from trueloop.nc.edit.changes import insert_heading
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.expand.expand import WrittenOut
-from trueloop.nc.field.field import Field
+from trueloop.nc.field import Field
 from trueloop.nc.program.called import tool_rows
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import Program, Unit, contradicted, no_parameter, read_program

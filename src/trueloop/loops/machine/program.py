@@ -42,7 +42,7 @@ from trueloop.machine.model.validity import require_in_force
 from trueloop.machine.standards import PlanarField
 from trueloop.nc.edit.changes import changes, insert_heading, not_as_intended
 from trueloop.nc.edit.edit import apply_edits
-from trueloop.nc.field.field import Field
+from trueloop.nc.field import Field
 from trueloop.nc.program.called import tool_rows
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath

@@ -228,15 +228,7 @@ def characteristic_of(reading: Reading) -> Characteristic | None:
     """Returns the characteristic of a reading; None where no offset changes it, or its nominal is not stated."""
     if reading.nominal is None or reading.quantity not in BY_OFFSET or not reading.characteristic:
         return None
-    return Characteristic(
-        name=reading.characteristic,
-        quantity=reading.quantity,
-        feature=reading.feature,
-        nominal=reading.nominal,
-        lower_limit=reading.lower_limit,
-        upper_limit=reading.upper_limit,
-        other=reading.other,
-    )
+    return reading.size(reading.nominal)
 
 
 def series_of(parts: Sequence[PartSeen]) -> tuple[Series, ...]:

@@ -3,14 +3,13 @@
 import secrets
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from hashlib import sha256
 from typing import Any, Final, Literal
 
 from sqlalchemy import Row, insert, select, update
 
 from trueloop.described import filled_from
 from trueloop.errors import Code, TrueloopError
-from trueloop.server.identity.who import Who, note
+from trueloop.server.identity.who import Who, hashed, note
 from trueloop.storage.factory_tables import API_KEY, stamp
 from trueloop.storage.store import Store
 
@@ -66,7 +65,7 @@ def add_key(store: Store, new: NewKey, by: str, now: datetime) -> MadeKey:
     row = insert(API_KEY).values(
         machine=new.machine,
         name=new.name,
-        key_sha256=_hash(key),
+        key_sha256=hashed(key),
         scope=new.scope,
         expires_at=stamp(now + timedelta(days=new.days)),
         made_by=by,
@@ -100,17 +99,13 @@ def of_bearer(store: Store, header: str, now: datetime) -> Who:
     row: Row[Any] | None = None
     if kind.casefold() == "bearer" and key.startswith(PREFIX):
         with store.reading() as connection:
-            row = connection.execute(select(API_KEY).where(API_KEY.c.key_sha256 == _hash(key))).one_or_none()
+            row = connection.execute(select(API_KEY).where(API_KEY.c.key_sha256 == hashed(key))).one_or_none()
     if row is None or row.ended_at is not None or now >= (expires := datetime.fromisoformat(row.expires_at)):
         raise Code.SRV_KEY.refusal(
             f"the key {PREFIX + '…'!r} is unknown, has ended or has expired",
             hint="send `Authorization: Bearer tl_…`; a new key: trueloop key add",
         )
     return Who(row.name, "cell" if row.scope == "cell" else "metrics", machine=row.machine, expires_at=expires)
-
-
-def _hash(key: str) -> str:
-    return sha256(key.encode("utf-8", "surrogateescape")).hexdigest()
 
 
 def _refused(what: str, hint: str) -> TrueloopError:

@@ -20,6 +20,7 @@ from joserfc.errors import JoseError
 from joserfc.jwk import KeySet
 
 from trueloop.server.identity.provider import Oidc, Provider, failed, refused
+from trueloop.server.identity.who import hashed
 
 LONGEST: Final = timedelta(minutes=10)
 MOST: Final = 1000
@@ -60,7 +61,7 @@ class SignIns:
             self._pending = {key: one for key, one in self._pending.items() if one.until > now}
             while len(self._pending) >= MOST:
                 del self._pending[next(iter(self._pending))]
-            self._pending[state] = _Pending(nonce, verifier, _hash(cookie), redirect, now + LONGEST)
+            self._pending[state] = _Pending(nonce, verifier, hashed(cookie), redirect, now + LONGEST)
         asked = {
             "response_type": "code",
             "client_id": self.oidc.client_id,
@@ -81,7 +82,7 @@ class SignIns:
         """
         with self._lock:
             pending = self._pending.pop(answer.get("state", ""), None)
-        if pending is None or pending.until <= now or not compare_digest(pending.cookie_sha256, _hash(cookie)):
+        if pending is None or pending.until <= now or not compare_digest(pending.cookie_sha256, hashed(cookie)):
             raise refused("its answer belongs to no sign-in that this browser has begun in the last 10 minutes")
         if answer.get("iss", self.oidc.issuer) != self.oidc.issuer:
             raise refused("the answer is another provider's")
@@ -90,10 +91,6 @@ class SignIns:
             raise refused(f"the provider has refused it: {said or 'no code'}")
         token = self.provider.token(self.oidc, answer["code"], pending.redirect, pending.verifier, now)
         return checked_claims(token, self.provider, self.oidc.client_id, pending.nonce, now)
-
-
-def _hash(cookie: str) -> str:
-    return sha256(cookie.encode("utf-8", "surrogateescape")).hexdigest()
 
 
 SIGNED_BY: Final = ["RS256", "RS384", "RS512", "PS256", "PS384", "PS512", "ES256", "ES384", "ES512", "Ed25519", "EdDSA"]

@@ -3,14 +3,13 @@
 import secrets
 from dataclasses import dataclass
 from datetime import datetime, timedelta
-from hashlib import sha256
 from typing import Any, Final
 
 from sqlalchemy import Row, bindparam, insert, select, update
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity.passwords import is_right
-from trueloop.server.identity.who import Who
+from trueloop.server.identity.who import Who, hashed
 from trueloop.server.settings import Settings
 from trueloop.storage.factory_tables import ACCOUNT, SESSION, stamp
 from trueloop.storage.store import Store
@@ -54,7 +53,7 @@ def begin(store: Store, settings: Settings, account: Row[Any], address: str, now
     with store.writing() as connection:
         connection.execute(
             insert(SESSION).values(
-                id_sha256=_hash(new),
+                id_sha256=hashed(new),
                 account=account.id,
                 created_at=stamp(now),
                 seen_at=stamp(now),
@@ -62,12 +61,12 @@ def begin(store: Store, settings: Settings, account: Row[Any], address: str, now
                 address=address,
             )
         )
-    return Begun(new, _who(account, _hash(new), expires_at))
+    return Begun(new, _who(account, hashed(new), expires_at))
 
 
 def of_cookie(store: Store, settings: Settings, cookie: str, now: datetime, *, seen: bool = True) -> Who:
     """Returns whose session it is, with the role the account has now; `seen` as below. Raises SRV-SIGN-IN."""
-    found = still_open(store, settings, _hash(cookie), now, seen=seen)
+    found = still_open(store, settings, hashed(cookie), now, seen=seen)
     if found is None:
         raise signed_out()
     return found
@@ -105,10 +104,6 @@ def signed_out() -> TrueloopError:
     )
 
 
-def _hash(cookie: str) -> str:
-    return sha256(cookie.encode("utf-8", "surrogateescape")).hexdigest()
-
-
 def _who(account: Row[Any], id_sha256: str, expires_at: datetime) -> Who:
     return Who(
         account.name,
@@ -124,4 +119,4 @@ def _who(account: Row[Any], id_sha256: str, expires_at: datetime) -> Who:
 
 def end_of_cookie(store: Store, cookie: str, now: datetime) -> None:
     """Ends the session that a cookie names, if it names one."""
-    end(store, _hash(cookie), now)
+    end(store, hashed(cookie), now)

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from hashlib import sha256
 from typing import Literal
 
 from sqlalchemy import Connection, insert
@@ -44,3 +45,8 @@ def note(connection: Connection, now: datetime, who: str, what: str, subject: st
     """Writes a line of the event log."""
     document = json.dumps(dict(values), ensure_ascii=False)
     connection.execute(insert(EVENT).values(at=stamp(now), who=who, what=what, subject=subject, document=document))
+
+
+def hashed(secret: str) -> str:
+    """Returns the SHA-256 of a key or of a session's id, in which it is stored and looked up."""
+    return sha256(secret.encode("utf-8", "surrogateescape")).hexdigest()

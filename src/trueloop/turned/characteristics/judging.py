@@ -28,6 +28,7 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Judgement, Quantity, Verdict
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
+from trueloop.statistics import root_of
 from trueloop.tolerances.conformance import PROVEN, judge
 from trueloop.turned.characteristics.measurand import Measurand
 from trueloop.turned.compensation.shift import Shift
@@ -271,14 +272,8 @@ def _form(characteristic: Characteristic, drawn: Array) -> Judgement:
 def _drawn(values: Array, gains: Array, covariance: Covariance) -> Array:
     """Draws sizes of so many parts, (draws, m), the same in every run; those from touches by Student's distribution."""
     rng = np.random.default_rng(0)
-    found, stated = (rng.standard_normal((DRAWS, len(part))) @ _root(part).T for part in covariance.parts)
+    found, stated = (rng.standard_normal((DRAWS, len(part))) @ root_of(part).T for part in covariance.parts)
     freedom = covariance.degrees_of_freedom
     if freedom is not None:
         found *= np.sqrt(freedom / rng.chisquare(freedom, DRAWS))[:, None]
     return np.asarray(values + (found + stated) @ gains.T)
-
-
-def _root(covariance: Array) -> Array:
-    """Returns R with R Rᵀ = covariance."""
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

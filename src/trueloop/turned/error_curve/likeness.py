@@ -29,6 +29,7 @@ from scipy.special import erf
 
 from trueloop.arrays import Array
 from trueloop.estimate.weights import probabilities
+from trueloop.statistics import root_of
 from trueloop.turned.error_curve.curve import COVERAGE, coverage_factor
 from trueloop.turned.fit.chain_fit import ChainFit
 from trueloop.turned.fit.spline import SplineFit
@@ -187,7 +188,7 @@ def likeness_of(
         alike = sum(w * _alike(one.apart_mm, length) for w, length in zip(weights, lengths_mm, strict=True))
         own_mm2 = max(scatter_mm[i] ** 2 - process.standard_mm**2, _probe_mm2(fits[i], vectors))
         scattered[i] = process.standard_mm**2 * alike + own_mm2 * np.eye(len(one.apart_mm))
-    roots = {i: near[i].response @ _root(one) for i, one in scattered.items() if fits[i].scattered is None}
+    roots = {i: near[i].response @ root_of(one) for i, one in scattered.items() if fits[i].scattered is None}
     return Likeness(process.standard_mm, roots, scattered)
 
 
@@ -258,8 +259,3 @@ def _alike(apart_mm: Array, length_mm: float) -> Array:
     if length_mm == 0.0:
         return np.where(apart_mm == 0.0, 1.0, 0.0)
     return np.exp(-0.5 * (apart_mm / length_mm) ** 2)
-
-
-def _root(covariance: Array) -> Array:
-    values, directions = np.linalg.eigh(covariance)
-    return np.asarray(directions * np.sqrt(np.maximum(values, 0.0)))

@@ -29,15 +29,7 @@ def characteristics_of(readings: Sequence[Reading]) -> tuple[Characteristic, ...
         key = one.characteristic, one.feature, one.axis
         places.setdefault(key, set()).add(one.place_mm[-1] if one.place_mm else None)
         if one.nominal is not None and key not in found:
-            found[key] = Characteristic(
-                name=one.characteristic,
-                quantity=one.quantity,
-                feature=one.feature,
-                nominal=one.nominal,
-                lower_limit=one.lower_limit,
-                upper_limit=one.upper_limit,
-                other=one.other,
-            )
+            found[key] = one.size(one.nominal)
     diameters = [size.feature for size in found.values() if size.quantity is Quantity.DIAMETER]
     for each, size in found.items():
         several = size.quantity is Quantity.DIAMETER and diameters.count(size.feature) > 1

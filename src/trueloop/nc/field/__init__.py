@@ -1,1 +1,0 @@
-"""Fields of displacement over the work space, and the frame they are given in."""
