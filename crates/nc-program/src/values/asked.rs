@@ -148,7 +148,9 @@ impl Runner<'_> {
         let rules = self.program.dialect().rules;
         let switches = request.codes().iter().any(|(code, _)| matches!(code, G::Compensation(_)));
         let named = [b"XU", b"ZW"].map(|letters| request.any(letters));
-        if !rules.plain_corners || switches || self.state.modal.motion != Motion::Line || named == [false, false] {
+        // A line of which the angle alone is known ends where the next one has it.
+        let moves = named != [false, false] || self.angle_letter(request).is_some();
+        if !rules.plain_corners || switches || self.state.modal.motion != Motion::Line || !moves {
             return;
         }
         let along_one = named[0] != named[1];
