@@ -1,6 +1,5 @@
 """`trueloop mill`: milled parts, from measured sizes and positions to numbers at the control."""
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -171,18 +170,17 @@ def _entry_lines(job: "MilledJob", proposal: "Proposal") -> list[str]:
 
 
 def _entry_line(job: "MilledJob", entry: "ProposedEntry") -> str:
-    """Returns what to type, in the unit of the job and of the control's register."""
-    unit, scale, decimals = (" in", 1.0 / MM_PER_INCH, 4) if job.job.unit == "inch" else (" mm", 1.0, 3)
-    words = entry.entry.words
-    if entry.entry.register == "turn":
-        unit, scale, decimals = "°", math.degrees(1.0), 3
-    elif entry.entry.register == "radius" and entry.entry.of in job.cut.diameters:
-        words, scale = f"tool {entry.entry.of}, diameter", 2.0 * scale
-    called = {"radius": job.cut.radius_words, "length": job.cut.length_words}.get(entry.entry.register, {})
-    words = f"{words} ({called[entry.entry.of]})" if called.get(entry.entry.of) else words
-    total = "" if entry.change == entry.total else f"; since the first part {entry.total * scale:+.{decimals}f}{unit}"
-    u = 2.0 * entry.standard_u * scale
-    return f"{words}: add {entry.change * scale:+.{decimals}f}{unit} (± {u:.{decimals + 1}f}{unit}){total}"
+    """Returns what to type, in the unit of the control and of its register; in the job's beside it where it differs."""
+    typed, words = job.as_entered(entry), entry.entry.words
+    unit, decimals = {"mm": (" mm", 3), "in": (" in", 4), "deg": ("°", 3)}[typed.unit]
+    if entry.entry.register in ("radius", "length"):
+        words = f"tool {entry.entry.of}, {typed.holds}" + (f" ({typed.name})" if typed.name else "")
+    change = f"{typed.change:+.{decimals}f}{unit}"
+    if typed.unit != "deg" and job.control_unit != job.job.unit:
+        own, per = ("in", 1.0 / MM_PER_INCH) if typed.unit == "mm" else ("mm", MM_PER_INCH)
+        change += f" = {typed.change * per:+.{8 - decimals}f} {own}"
+    total = "" if entry.change == entry.total else f"; since the first part {typed.total:+.{decimals}f}{unit}"
+    return f"{words}: add {change} (± {2.0 * typed.standard_u:.{decimals + 1}f}{unit}){total}"
 
 
 def _row(size: "ExpectedSize") -> tuple[str, ...]:
@@ -241,8 +239,9 @@ def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
                         "u_um": 2.0 * UM_PER_MM * one.standard_u,
                     }
                 ),
+                "at_control": {key: getattr(typed, key) for key in ("name", "holds", "change", "total", "unit")},
             }
-            for one in proposal.proposed
+            for one, typed in ((one, job.as_entered(one)) for one in proposal.proposed)
         ],
         "rms_um": [UM_PER_MM * value for value in proposal.rms_mm],
         "expected": [

@@ -1,12 +1,13 @@
 """A milled part's job: read with its measurements, answered with numbers to enter at the control, and recorded."""
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from os.path import relpath
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, Literal, TypeAlias
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, index_of_name
@@ -18,7 +19,7 @@ from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.jobs.milled_job import MeasuredTable, MilledJobFile, read_milled_job
 from trueloop.jobs.milled_new import CutFeatures, cut_features
 from trueloop.jobs.user import user_name
-from trueloop.milled.entries import Proposal, propose
+from trueloop.milled.entries import Proposal, ProposedEntry, propose
 from trueloop.milled.entry import PLAINEST, Entered, Entry, Part, Register
 from trueloop.milled.feature import MilledFeature
 from trueloop.milled.observed import Frame, observed_of, seen
@@ -30,6 +31,21 @@ Changes: TypeAlias = dict[str, Entered]
 LARGEST_CHANGE: Final = 10.0
 """The largest change, mm or rad, that a record may hold."""
 KIND: Final = "trueloop entries of a milled part"
+
+
+@dataclass(frozen=True)
+class EnteredValue:
+    """A number as it is typed: `name` of its register as the program calls it, or its work offset; `holds`, the
+    quantity there (`diameter` of a register that counts these); its change, the total since the first part and the
+    standard uncertainty in the control's unit, `mm`, `in` or `deg`.
+    """
+
+    name: str
+    holds: str
+    change: float
+    total: float
+    standard_u: float
+    unit: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +70,27 @@ class MilledJob:
         return self.path.parent / self.job.output.folder
 
     @property
+    def control_unit(self) -> Literal["mm", "inch"]:
+        """Returns the unit that the control counts in: its program's, without one the job's."""
+        inch = self.job.unit == "inch" if self.cut.inch is None else self.cut.inch
+        return "inch" if inch else "mm"
+
+    @property
     def step_mm(self) -> float:
-        """Returns the step of a control's offsets: 0.001 mm, 0.0001 inch."""
-        return 1e-4 * MM_PER_INCH if self.job.unit == "inch" else 1e-3
+        """Returns the step of the control's offsets: 0.001 mm, 0.0001 inch."""
+        return 1e-4 * MM_PER_INCH if self.control_unit == "inch" else 1e-3
+
+    def as_entered(self, entry: ProposedEntry) -> EnteredValue:
+        """Returns what is typed for a number."""
+        register, of = entry.entry.register, entry.entry.of
+        called = {"radius": self.cut.radius_words, "length": self.cut.length_words}
+        name, holds = called[register].get(of, "") if register in called else of, str(register)
+        unit, scale = ("in", 1.0 / MM_PER_INCH) if self.control_unit == "inch" else ("mm", 1.0)
+        if register == "turn":
+            unit, scale = "deg", math.degrees(1.0)
+        elif register == "radius" and of in self.cut.diameters:
+            holds, scale = "diameter", 2.0 * scale
+        return EnteredValue(name, holds, entry.change * scale, entry.total * scale, entry.standard_u * scale, unit)
 
 
 def read_milled(path: Path) -> MilledJob:

@@ -43,7 +43,7 @@ class CutFeatures:
     compensation, and the cutter's own; mm.
 
     `lines`: that of each feature's last pass. `stated`: features that the program does not cut, as the job states them.
-    `dialect`: the program's, empty without one.
+    `dialect`: the program's, empty without one. `inch`: its unit at its end, None without one.
     """
 
     features: dict[str, MilledFeature]
@@ -55,6 +55,7 @@ class CutFeatures:
     lines: dict[str, int] = field(default_factory=dict)
     stated: tuple[str, ...] = ()
     dialect: str = ""
+    inch: bool | None = None
 
     def require_room(self, tool: str, total_mm: float) -> None:
         """Raises MIL-CORNER where a radius that is larger by `total_mm` would not fit into an inside corner: controls
@@ -115,6 +116,7 @@ def cut_features(path: Path, job: MilledJobFile) -> CutFeatures:
         lines={one.name: line for one, line in found if line is not None},
         stated=tuple(one.name for one, line in found if line is None),
         dialect=dialect,
+        inch=bool(passes.path.inch[-1]) if len(passes.path) else None,
     )
 
 

@@ -22,10 +22,10 @@ from trueloop.jobs.milled import read_milled
 TYPED = re.compile(r"^(tool (\d), (radius|diameter|length)|G54, (X|Y|Z|rotation)).*: add ([+-][\d.]+)( mm| in|°)", re.M)
 
 
-def _typed(mill: Mill, printed: str, per_mm: float, diameters: str = "") -> None:
+def _typed(mill: Mill, printed: str, diameters: str = "") -> None:
     """Enters what is printed, as a person does who reads it, at a control with registers of its own."""
     for _, tool, register, axis, value, unit in TYPED.findall(printed):
-        number = float(value)
+        number, per_mm = float(value), 1.0 / 25.4 if unit == " in" else 1.0
         if unit == "°":
             key, number = "turn", np.radians(number)
         elif axis:
@@ -62,14 +62,47 @@ def test_three_parts_are_measured_and_the_control_is_set_between_them(tmp_path: 
         text += f'\n[[measured]]\nfile = "part-{k}.{form}"\n{entered}'
         job.write_text(text)
         printed = run("mill", "entries", job, "-o", job.parent / f"out{k}")
-        _typed(mill, printed, per_mm, diameters="2")
-    step_mm = 1e-3 if unit == "mm" else 25.4 / 10_000
+        _typed(mill, printed, diameters="2")
+    step_mm = 1e-3  # of a control that counts millimetres, as its program does
     assert worst[0] > 0.03 and max(worst[1:]) < 3e-3 + step_mm
     found = json.loads(run("mill", "entries", job, "--json"))
     record = json.loads((job.parent / "out1" / "entries.json").read_text())
     steps = [one["change"] / step_mm for one in record["entries"] if one["unit"] == "mm"]
     assert steps and all(step == pytest.approx(round(step), abs=1e-6) for step in steps)
     assert found["parts"] == ["1", "2", "3"] and found["unlike"] == [] and found["unused"] == []
+
+
+@pytest.mark.parametrize(("dialect", "register", "times"), [("fanuc-mill", "D4", 1), ("linuxcnc", "D4", 2)])
+def test_a_number_is_in_the_unit_and_of_the_register_of_its_control(
+    tmp_path: Path, dialect: str, register: str, times: int
+) -> None:
+    """An inch program, a job in mm: bores 40 µm small need the radius 20 µm smaller, 0.0008 in = 0.02032 mm, or twice
+    that in LinuxCNC's table of diameters.
+    """
+    bore = "G0 X{x}. Y0.\nG1 Z-.5 F10.\nG41 D4 X{x}.25\nG3 I-.25\nG40 G1 X{x}.\nG0 Z1.\n"
+    bores = "".join(bore.format(x=x) for x in range(1, 4))
+    head = "G20 G17 G90 G40 G49\nT4 M6\nG54 G0 X1. Y0. S3000 M3\nG43 H4 Z1.\n"
+    (tmp_path / "own.nc").write_text(f"{head}{bores}M30\n")
+    table = ["Characteristic,Feature,Type,Nominal [mm],Actual [mm]"]
+    table += [f"B{k}.d,B{k},diameter,12.7,12.66" for k in range(1, 4)]
+    (tmp_path / "p.csv").write_text("\n".join(table))
+    job = tmp_path / "job.toml"
+    job.write_text(
+        'name = "p"\nunit = "mm"\n'
+        + "".join(
+            f'[[feature]]\nname = "B{k}"\nkind = "bore"\nat = [{25.4 * k}, 0.0, 0.0]\nsize = 12.7\ndepth = 12.7\n'
+            for k in range(1, 4)
+        )
+        + f'[program]\nfile = "own.nc"\ndialect = "{dialect}"\n[[measured]]\nfile = "p.csv"\n'
+    )
+    [line, *_] = run("mill", "entries", job).splitlines()
+    holds = "radius" if times == 1 else "diameter"
+    millimetres = f"{-0.02032 * times:+.4f} mm"
+    assert line.startswith(f"tool 4, {holds} ({register}): add {-0.0008 * times:+.4f} in = {millimetres} (± ")
+    [entry] = json.loads(run("mill", "entries", job, "--json"))["entries"]
+    assert entry["change_um"] == pytest.approx(-20.32)
+    change = pytest.approx(-0.0008 * times)
+    assert entry["at_control"] == {"name": register, "holds": holds, "change": change, "total": change, "unit": "in"}
 
 
 def test_a_part_that_was_not_cut_with_the_stated_numbers_is_refused(tmp_path: Path) -> None:
