@@ -134,7 +134,7 @@ def test_a_program_is_mapped_with_those_of_its_folder(
     (tmp_path / "OTHER.SPF").write_text("X999\n")
     field = similarity_field(shift_mm=(0.1, 0.0, 0.0))
     out = tmp_path / "out" / "main.nc"
-    displace_program(tmp_path / "main.nc", out, field, dialect=dialect)
+    assert displace_program(tmp_path / "main.nc", out, field, dialect=dialect).called == (name,)
     assert sorted(file.name for file in out.parent.iterdir()) == sorted(["main.nc", "main.record.json", name])
     mapped = (out.parent / name).read_text().splitlines()
     assert [line for line in mapped if "trueloop" not in line] == [

@@ -586,7 +586,8 @@ def print_mapped(file: Path, out: Path, done: "Mapped") -> None:
             "  hint: rough with the uncorrected program then, and finish with this one",
             err=True,
         )
-    typer.echo(f"written: {out}, record {done.record}")
+    beside = f", beside it {', '.join(done.called)}" if done.called else ""
+    typer.echo(f"written: {out}{beside}, record {done.record}")
 
 
 def path_of_program(

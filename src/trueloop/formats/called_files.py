@@ -30,6 +30,8 @@ _HEADS: Final = {
     "file": rb"^[ \t]*\d*[ \t]*BEGIN PGM[ \t]+%b[ \t]",
 }
 """The line that begins a program."""
+LARGEST_CALLER: Final = 1 << 20
+"""So many bytes a program has at most that calls programs of its folder: those are held whole."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ def of_folder(file: Path, dialect: str, source: bytes | None = None) -> WithCall
     """Returns a program with those that it calls of its own folder. Raises NC-FILE."""
     source = read_input(file, Code.NC_FILE, hint="name an NC program") if source is None else source
     style = _style(dialect)
-    if style is None or (style == "file" and not _FILES.search(source)):
+    if style is None or len(source) > LARGEST_CALLER:
         return WithCalled(file, source)
     text, called = with_called(source, dialect, file.parent, lambda path: read_input(path, Code.NC_FILE, hint=""))
     if not called:

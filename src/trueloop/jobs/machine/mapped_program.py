@@ -10,7 +10,7 @@ from typing import Final
 from trueloop.domain.option import USUAL, Limits, MapOptions
 from trueloop.domain.record import Record, check_uncorrected, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
-from trueloop.formats.called_files import WithCalled, of_folder
+from trueloop.formats.called_files import LARGEST_CALLER, WithCalled, of_folder
 from trueloop.formats.input_file import FilePath, readable, require_text
 from trueloop.formats.outputs import Output, write_all, written_as_it_comes
 from trueloop.formats.record_file import record_beside
@@ -58,8 +58,6 @@ def write_corrected_points(
 
 CHUNK: Final = 1 << 17
 """Bytes read at a time, to which the rest of their last line comes."""
-LARGEST_CALLER: Final = 1 << 24
-"""So many bytes a program has at most that calls programs of its folder: those are held whole."""
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
@@ -97,6 +95,7 @@ def map_program(
         pieces = mapped_pieces(_pieces_of(whole), known, field, options, parameters or {})
         with written_as_it_comes(target, inputs=files) as out:
             done, called = _write(out, pieces, whole)
+            done = replace(done, called=tuple(file.name for file in whole.called))
             beside = [] if record is None else [record_beside(target, record(done))]
             beside += [(file.name, text) for file, text in zip(whole.called, called, strict=True)]
             if beside:

@@ -121,6 +121,7 @@ class Mapped:
     """The result of mapping. `not_run` blocks have coordinates that stay as they were: skipped, or in a branch not
     taken.
 
+    `called`: the files of programs that it calls, which are mapped with it.
     `turns_back_line` is where a contour that is roughed as well does not run on any more; 0 where none does so.
     `unit`: the one in force at the first length, and what says so; see `trueloop.nc.program.unit`.
     """
@@ -137,6 +138,7 @@ class Mapped:
     first_not_run_line: int
     unit: dict[str, str]
     turns_back_line: int = 0
+    called: tuple[str, ...] = ()
 
 
 def mapped_pieces(
