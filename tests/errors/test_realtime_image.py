@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from tests.support.machines import any_model, chain_with_travel, random_model, set_back_chain
 from tests.support.refusals import refused
 from trueloop.errors import Code
+from trueloop.formats.examples import copy_example
 from trueloop.formats.realtime.image_file import read_image
 from trueloop.formats.tables.model_file import model_to_json
 from trueloop.jobs.realtime.image import ImageOptions, make_image
@@ -92,6 +94,29 @@ def test_it_says_what_it_is_about(what: str) -> None:
     said = refused(call)
     assert said.code is code
     assert word in str(said)
+
+
+WIDE = {"X": (0.0, 200.0), "Z": (-400.0, 50.0)}
+
+
+def test_a_table_that_the_drives_cannot_follow_is_refused_and_so_are_signals_of_no_model(tmp_path: Path) -> None:
+    for name in ("linuxcnc", "modbas2"):
+        copy_example(name, tmp_path / name)
+    job = tmp_path / "linuxcnc" / "job.toml"
+    options = ImageOptions(travel_mm=WIDE, limit_mm=0.2, origin_mm=(100.0, -150.0))
+    driven = np.concatenate([block.rows[:, 0] + block.rows[:, 2] for block in make_image(job, options).image.blocks])
+    low, high = float(driven.min()), float(driven.max())
+    for changed, goes_to in (
+        ({"travel_mm": WIDE | {"X": (0.0, high - 0.01)}}, high),
+        ({"travel_mm": WIDE | {"X": (low + 0.01, 200.0)}}, low),
+        ({"origin_mm": (1000.0, -150.0)}, high + 900.0),
+    ):
+        said = refused(lambda changed=changed: make_image(job, replace(options, **changed)))
+        assert said.code is Code.RTC_TABLE and f"X goes to {goes_to:.3f} mm" in said.message
+    make_image(job, replace(options, travel_mm=WIDE | {"X": (low, high)}))
+    for stated in (SignalLimits({"T1": (1.0, 2.0)}, {}), SignalLimits({}, {"T1": 1.0})):
+        said = refused(lambda stated=stated: make_image(job, replace(options, stated=stated)))
+        assert said.code is Code.RTC_SIGNAL and said.values == {"signals": ["T1"]}
 
 
 def test_the_largest_correction_is_refused_where_it_is() -> None:

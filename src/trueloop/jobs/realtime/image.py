@@ -32,7 +32,7 @@ from trueloop.machine.model.chain import ZERO, Vector
 from trueloop.machine.model.validity import require_serial
 from trueloop.nc.program.program import Program, read_program
 from trueloop.realtime.bank import NOTHING, SignalLimits, bank_of, signals_of
-from trueloop.realtime.image import Bank, Block, Identity, Image, RealTimeLimits
+from trueloop.realtime.image import TRAVEL_TOLERANCE_MM, Bank, Block, Identity, Image, RealTimeLimits
 from trueloop.realtime.largest import Extent, extent_of
 from trueloop.report.realtime.image_summary import where_in_words
 from trueloop.storage.kinds import joined
@@ -229,8 +229,29 @@ def make_image(source: FilePath, options: ImageOptions | None = None) -> MadeIma
             override="--limit-um",
             values={"largest_um": largest, "limit_um": limit},
         )
+    _require_reachable(image)
     files = (*((path,) if path.is_file() else ()), *(table.files if table else ()), *((known.file,) if known else ()))
     return MadeImage(image, extent, tuple(_notes(known, table, options, image)), files)
+
+
+def _require_reachable(image: Image) -> None:
+    """Raises RTC-TABLE for a table with rows that the drives cannot be sent to."""
+    if not image.blocks:
+        return
+    lines = np.concatenate([np.full(len(block.rows), block.line) for block in image.blocks])
+    rows = np.concatenate([block.rows for block in image.blocks])
+    drive = rows[:, :2] + rows[:, 2:]
+    low, high = np.array([image.limits.travel_mm[0], image.limits.travel_mm[2]]).T
+    beyond = np.maximum(low - drive, drive - high)
+    outside = int(np.count_nonzero(np.any(beyond > TRAVEL_TOLERANCE_MM, axis=1)))
+    if outside:
+        row, axis = np.unravel_index(int(beyond.argmax()), beyond.shape)
+        raise Code.RTC_TABLE.refusal(
+            f"{outside} of {len(rows)} rows of the table are outside of the drives' travel: in line {lines[row]} of "
+            f"the program {'XZ'[axis]} goes to {drive[row, axis]:.3f} mm, its travel is {low[axis]:g} to "
+            f"{high[axis]:g} mm",
+            hint="correct the program's zero (--origin, X as a radius, or [machine] of the job) or --travel",
+        )
 
 
 def _is_model(path: Path) -> bool:
@@ -267,6 +288,13 @@ def _check_model(table: CorrectedProgram | None, model: ModelFile | None) -> Non
 
 def _image(model: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> Image:
     bank: Bank | None = None
+    stated = sorted({*options.stated.ranges, *options.stated.steps})
+    if model is None and stated:
+        raise Code.RTC_SIGNAL.refusal(
+            f"a range or a step is stated for {', '.join(stated)}; the image holds a table alone, which needs none",
+            hint="leave --range and --step out, or give the model: --model MODEL.json",
+            values={"signals": stated},
+        )
     if model is not None:
         with in_file(model.file):
             signals = signals_of(model.model, options.stated)
