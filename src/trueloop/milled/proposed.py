@@ -14,19 +14,28 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Point
 from trueloop.milled.feature import ROUND, Kind, MilledFeature
-from trueloop.milled.passes import LEFT, MATCH_MM, SAME_MM, Circle, Passes
-from trueloop.nc.program.tool_path import Motion
+from trueloop.milled.passes import LEFT, MATCH_MM, SAME_MM, Called, Circle, Passes
+from trueloop.nc.program.tool_path import NO_COMPENSATION, Motion
 
 OVERLAP: Final = 0.5
 """Two walls belong together where they face each other along this share of the shorter."""
-OPPOSITE: Final = -1.0 + 1e-9
+PARALLEL: Final = 1.0 - 1e-9
+MOST_NOTED: Final = 5
+ALLOWANCE_MM: Final = 2.0
+"""A pass leaves at most so much on a wall for a later one."""
 
 
 @dataclass(frozen=True)
 class Wall:
-    """A straight wall that a compensated move cuts: its ends (x, y), the normal out of the material, its lowest z."""
+    """A straight wall that a compensated move cuts: its ends (x, y), the normal out of the material, its lowest z.
+
+    `onto`: the move begins without compensation, on the way to a wall.
+    """
 
     run: int
+    line: int
+    called: Called
+    onto: bool
     start: Array
     end: Array
     air: Array
@@ -45,7 +54,7 @@ def proposed_features(
     top = max((z for _, z in faces), default=0.0)
     features = [*_round(passes, radius_mm, wear, top, notes)]
     features += _holes(passes, radius_mm, top, features, notes)
-    features += _pairs(list(_walls(passes, radius_mm, wear)), top)
+    features += _pairs(list(_walls(passes, radius_mm, wear)), top, notes)
     features += [_feature("face", (x, y, z), 0.0, 0.0) for (x, y), z in faces]
     counts = dict[Kind, int]()
     named = list[MilledFeature]()
@@ -168,25 +177,42 @@ def _walls(passes: Passes, radius_mm: Mapping[int, float], wear: bool) -> Iterat
         left = 1.0 if passes.path.compensation[move] == LEFT else -1.0
         air = left * np.array([-way[1], way[0]]) / length
         away = radius_mm.get(passes.called(move).tool, 0.0) * air if wear else np.zeros(2)
-        yield Wall(run, start[:2] - away, end[:2] - away, air, float(max(start[2], end[2])))
+        yield Wall(
+            run=run,
+            line=int(passes.path.line[move]),
+            called=passes.called(move),
+            onto=move == 0 or passes.path.compensation[move - 1] == NO_COMPENSATION,
+            start=start[:2] - away,
+            end=end[:2] - away,
+            air=air,
+            low_mm=float(max(start[2], end[2])),
+        )
 
 
-def _pairs(walls: Sequence[Wall], top: float) -> Iterator[MilledFeature]:
+def _pairs(walls: Sequence[Wall], top: float, notes: dict[str, None]) -> Iterator[MilledFeature]:
     """Yields slots and ribs: walls of one run that face each other, or stand back to back, each with its nearest, and
-    of those between two planes the longest; passes at several depths count once.
+    of those between two planes the longest; passes at several depths count once. Walls without one in their run are of
+    a pair with those of other runs, and what is left of them is noted.
     """
     runs = dict[tuple[object, ...], tuple[float, MilledFeature]]()
-    for one in walls:
-        pairs = [(other, *_between(one, other)) for other in walls if _opposite(one, other)]
-        near = [(abs(gap), overlap, gap, middle) for _, gap, overlap, middle in pairs if overlap > 0.0 and gap != 0.0]
-        if not near:
-            continue
-        size, overlap, gap, (x, y) = min(near, key=lambda pair: pair[0])
-        i, j = max(tuple(one.air.tolist()), tuple((-one.air).tolist()))
-        kind: Kind = "slot" if gap > 0.0 else "rib"
-        key = (one.run, kind, *(round(value, 2) for value in (i, j, i * x + j * y, size)))
-        if key not in runs or overlap > runs[key][0]:
-            runs[key] = overlap, _feature(kind, (x, y, top), size, top - one.low_mm, (i + 0.0, j + 0.0))
+    alone = [
+        one
+        for one, others in _beside(walls, -1.0)
+        if not _add_pair(runs, one, [other for other in others if other.run == one.run], top) and not one.onto
+    ]
+    alone = [one for one, others in _beside(alone, 1.0) if not any(_behind(one, other) for other in others)]
+    left = dict[tuple[float, ...], Wall]()  # passes at several depths are of one wall
+    for one, others in _beside(alone, -1.0):
+        if not _add_pair(runs, one, [other for other in others if other.called == one.called], top):
+            left.setdefault(tuple(round(value, 2) for value in (*one.air, float(one.air @ one.start))), one)
+    for one in list(left.values())[:MOST_NOTED]:
+        (x, y), (i, j) = (0.5 * (one.start + one.end)).tolist(), (one.air + 0.0).tolist()
+        notes[
+            f"line {one.line}: a straight wall at x {x:.3f}, y {y:.3f} mm without one opposite: "
+            f"state a face with direction = [{i:.6g}, {j:.6g}, 0.0]"
+        ] = None
+    if len(left) > MOST_NOTED:
+        notes[f"{len(left) - MOST_NOTED} more straight walls without one opposite"] = None
     found = dict[tuple[object, ...], MilledFeature]()
     for _, feature in runs.values():
         key = (feature.kind, *(round(value, 2) for value in (*feature.place_mm[:2], *feature.direction[:2])))
@@ -196,8 +222,36 @@ def _pairs(walls: Sequence[Wall], top: float) -> Iterator[MilledFeature]:
     yield from found.values()
 
 
-def _opposite(wall: Wall, other: Wall) -> bool:
-    return other.run == wall.run and other.low_mm == wall.low_mm and float(wall.air @ other.air) <= OPPOSITE
+def _add_pair(
+    runs: dict[tuple[object, ...], tuple[float, MilledFeature]], one: Wall, others: Sequence[Wall], top: float
+) -> bool:
+    """Returns whether a wall has a pair with one of its opposites, and adds that with the nearest, the longest between
+    two planes.
+    """
+    pairs = [(other, *_between(one, other)) for other in others if other.low_mm == one.low_mm]
+    near = [(abs(gap), overlap, gap, middle) for _, gap, overlap, middle in pairs if overlap > 0.0 and gap != 0.0]
+    if not near:
+        return False
+    size, overlap, gap, (x, y) = min(near, key=lambda pair: pair[0])
+    i, j = max(tuple(one.air.tolist()), tuple((-one.air).tolist()))
+    kind: Kind = "slot" if gap > 0.0 else "rib"
+    key = (one.run, kind, *(round(value, 2) for value in (i, j, i * x + j * y, size)))
+    if key not in runs or overlap > runs[key][0]:
+        runs[key] = overlap, _feature(kind, (x, y, top), size, top - one.low_mm, (i + 0.0, j + 0.0))
+    return True
+
+
+def _beside(walls: Sequence[Wall], sense: float) -> Iterator[tuple[Wall, list[Wall]]]:
+    """Yields each wall with those whose normal has its direction, `sense` 1, or the opposite one, −1."""
+    airs = np.array([one.air for one in walls]).reshape(-1, 2)
+    for one in walls:
+        yield one, [walls[k] for k in np.flatnonzero(sense * (airs @ one.air) >= PARALLEL).tolist()]
+
+
+def _behind(wall: Wall, other: Wall) -> bool:
+    """Returns whether another pass cuts a wall again, by a roughing pass' allowance further into the material."""
+    gap, overlap, _ = _between(wall, other)
+    return other.low_mm <= wall.low_mm + SAME_MM and overlap > 0.0 and -ALLOWANCE_MM <= gap < 0.0
 
 
 def _between(wall: Wall, other: Wall) -> tuple[float, float, Point]:

@@ -104,6 +104,36 @@ def test_a_drill_through_a_finished_bore_is_asked_for(tmp_path: Path) -> None:
     assert proposed(program, *options, "--tool", "7=R4")[0] >= ROUND
 
 
+def test_walls_that_passes_of_their_own_cut_are_a_slot_or_are_noted(tmp_path: Path) -> None:
+    """A slot 14 mm wide about y 30, each wall roughed 0.3 mm short and finished by G41 and G40, at z −3 and −6; and the
+    wall at y −40 of a step, which has none opposite.
+    """
+
+    def wall(y: float, begin: float, end: float, z: float) -> str:
+        lead = 10.0 if end > begin else -10.0
+        middle = 30.0 if y > 0.0 else y - 10.0
+        return (
+            f"G0 X{begin - lead} Y{middle}\nG1 Z{z} F200.\nG41 D3 X{begin} Y{y}\nX{end}\n"
+            f"G40 X{end + lead} Y{middle}\nG0 Z20.\n"
+        )
+
+    slot = "".join(
+        wall(23.0 + short, -55.0, -15.0, z) + wall(37.0 - short, -15.0, -55.0, z)
+        for z in (-3.0, -6.0)
+        for short in (0.3, 0.0)
+    )
+    program = tmp_path / "own.nc"
+    program.write_text(
+        "G21 G17 G90 G40 G49\nT3 M6\nG54 G0 X-65. Y30. S3000 M3\nG43 H3 Z20.\n"
+        f"{slot}{wall(-40.0, 50.0, 10.0, -5.0)}M30\n"
+    )
+    found, [note] = proposed(program, "-d", "fanuc-mill", "--tool", "3=R5")
+    assert found == {("slot", -35.0, 30.0, 0.0, 14.0, 6.0, 3, "control", "climb")}
+    line = program.read_text().splitlines().index("G41 D3 X50.0 Y-40.0") + 2
+    assert note.startswith(f"line {line}: a straight wall at x 30.000, y -40.000 mm without one opposite")
+    assert "direction = [0, -1, 0.0]" in note
+
+
 def test_an_inch_program_gives_a_job_in_inches(tmp_path: Path) -> None:
     program = tmp_path / "inch.nc"
     program.write_text(
