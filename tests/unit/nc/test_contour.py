@@ -132,6 +132,22 @@ def test_lead_in_along_z_in_front_of_the_face_is_no_cylinder(on: bytes, front_mm
     assert "Line 4 was taken for the way in or out at the free end, not for a cylinder." in contour.notes
 
 
+@pytest.mark.parametrize(
+    ("cuts", "last"),
+    [
+        (b"X28. Z-4.\nZ-22.", ("cylinder-2", "cone-1")),  # a chamfer of 45 degrees from the face on
+        (b"X28. Z-30.", ("face-1", "cone-1")),  # a slim taper
+        (b"Z-22.", ("face-1", "cylinder-2")),  # straight on
+    ],
+)
+def test_lead_in_along_z_up_to_the_face_is_no_cylinder_whatever_is_cut_first(cuts: bytes, last: tuple[str, str]) -> None:
+    text = LED_IN.replace(b"{on}", b"G42 ").replace(b"{front}", b"0.").replace(b"X28. ,C1.5\nZ-22.", cuts)
+    contour = contour_of_program(feed_moves(read_program(text, "fanuc-lathe").run()), NOSE_RADIUS_MM)
+    assert contour.profile.names[-2:] == last
+    assert contour.profile.features[-1].end_mm == pytest.approx((10.0, 0.0), abs=1e-9)
+    assert "Line 4 was taken for the way in or out at the free end, not for a cylinder." in contour.notes
+
+
 def test_pin_that_reaches_behind_the_first_face_stays() -> None:
     """The first cut runs from in front of the part to a shoulder at z -15, as on a part that is faced already."""
     text = LED_IN.replace(b"{on}", b"G42 ").replace(b"{front}", b"-15.")

@@ -174,7 +174,8 @@ def _without_approach(moves: list[FeedMove], side: Side, offset_mm: float, notes
     """Leaves out a way in or out: straight moves at the ends that make a concave corner of more than 45° with the rest.
 
     At the chuck end one that runs straight from or to the side where the tool is free, at the free end one that goes
-    there in any direction, or along z in front of the face at z = 0 beyond which nothing else is cut.
+    there in any direction, or lies in front of the face at z = 0 beyond which nothing else is cut: along z by whatever
+    corner.
     """
     kept = list(moves)
     if side is Side.AROUND:
@@ -182,11 +183,12 @@ def _without_approach(moves: list[FeedMove], side: Side, offset_mm: float, notes
     first_end, last_end = ("chuck", "free") if side is Side.OUTSIDE else ("free", "chuck")
     free_x = 1.0 if side is Side.OUTSIDE else -1.0
     for end, at, pair, along in ((first_end, 0, slice(2), -1.0), (last_end, -1, slice(-2, None), 1.0)):
-        if len(kept) < 2 or not _is_way(kept[at], kept[pair]):
+        if len(kept) < 2 or not isinstance(kept[at].path, Line):
             continue
-        to_free = free_x * along * float(kept[at].path.tangent(0.0)[0])
+        to_free, leaves = free_x * along * float(kept[at].path.tangent(0.0)[0]), _leaves(kept[pair])
         in_air = end == "free" and _in_front(kept[at], kept[1:] if at == 0 else kept[:-1], offset_mm)
-        if in_air or to_free > (SQUARE if end == "chuck" else _OUTWARDS):
+        in_air &= leaves or _is_along_z(kept[at])
+        if in_air or leaves and to_free > (SQUARE if end == "chuck" else _OUTWARDS):
             line = kept.pop(at).line
             if end == "chuck":
                 note = wording(
@@ -204,9 +206,12 @@ def _without_approach(moves: list[FeedMove], side: Side, offset_mm: float, notes
     return kept
 
 
-def _is_way(move: FeedMove, pair: Sequence[FeedMove]) -> bool:
-    turn_rad = junctions_of([member.path for member in pair])[0].turn_rad
-    return isinstance(move.path, Line) and turn_rad < -math.pi / 4
+def _leaves(pair: Sequence[FeedMove]) -> bool:
+    return junctions_of([member.path for member in pair])[0].turn_rad < -math.pi / 4
+
+
+def _is_along_z(move: FeedMove) -> bool:
+    return abs(move.path.end_mm[0] - move.path.start_mm[0]) <= GAP_MM
 
 
 def _in_front(move: FeedMove, others: Sequence[FeedMove], offset_mm: float) -> bool:
