@@ -1,5 +1,6 @@
 """A field over a program: the written path is the displaced one, in any dialect, in streaming, without drift."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -221,6 +222,12 @@ def test_places_of_the_machine_stay_and_need_no_field(tmp_path: Path) -> None:
         ("G21 F1\nG1 X0 Y0\nG93 G1 X200 F2\n", Code.NC_MAP, 3, "G93"),
         ("G21 F1\nG0 X10\nG3 I-5 J0 P4\n", Code.NC_MAP, 3, "more than 1 turn"),
         ("G21\n(trueloop corrected 12)\nG0 X10\n", Code.CMP_TWICE, 2, "corrected already"),
+        ("G21\rG0 X1\rG1 X9 F1\r", Code.NC_WORD, 1, "carriage returns without line feeds"),
+        ("%\rG21\rG0 X1\r%\r", Code.NC_WORD, 1, "carriage returns without line feeds"),
+        ("G21\r\nG0 X1\rY1\r\nM2\r\n", Code.NC_WORD, 2, "carriage returns without line feeds"),
+        ("G21\nG0 X1 Y1 Z9\nG38.3 Z-5 F9\no1 if [#5070 EQ 0]\nM2\no1 endif\n", Code.NC_PARAMETER, 4, "#5070"),
+        ("G21\nG0 X1 Y1 Z9\nG38.3 Z-5 F9\nG0 Z[#5063+9]\nM2\n", Code.NC_PARAMETER, 4, "#5063"),
+        ("G21\nT1 M6\nG0 X[#5410/2]\nM2\n", Code.NC_PARAMETER, 3, "#5410"),
     ],
 )
 def test_what_cannot_be_mapped_is_refused_with_its_place_and_nothing_written(
@@ -232,6 +239,66 @@ def test_what_cannot_be_mapped_is_refused_with_its_place_and_nothing_written(
     assert (refusal.value.code, refusal.value.place.line) == (code, line)
     assert words in refusal.value.message
     assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "line", "words"),
+    [
+        ("linuxcnc", "G0 X0 Y0 Z5\nG1 Z-1 F9\nX[#<_x>+10]\nM2\n", 4, "X 10.2000 Y 0.2000 .*X 10.1000 .*: #<_x> is"),
+        ("linuxcnc", "G0 X0 Y0 Z5\nG1 Z-1 F9\n#1=#5421\nY[#1+10]\nM2\n", 5, "Y 10.4000 .*Y 10.2000 .*: #5421 is"),
+        (
+            "linuxcnc",
+            "o1 sub\nG0 X#1 Y0\nG1 Z-#2 F9\nG0 Z[#<_z>+7]\no1 endsub\nG0 X0 Y0 Z5\no1 call [10] [2]\nM2\n",
+            5,
+            "Z 4.5000 mm in place of .*Z 4.7500 mm: #<_z>",
+        ),
+        ("linuxcnc", "G0 X9 Y0 Z5\nG38.2 Z-5 F9\nG0 Z5\nX[#5061+3]\nM2\n", 5, "X 12.2000 .*X 12.1000 .*: #5061"),
+        ("siemens", "G0 X10 Y10 Z10\nG1 X=$P_EP[X]+10 F9\nM30\n", 3, r"X 20.2000 .*X 20.1000 .*: \$P_EP\[X\] is"),
+        ("siemens", "G0 X10 Y10 Z9\nR1=$AA_IM[Y]\nG1 Y=R1+5 F9\nM30\n", 4, r"Y 15.4000 .*Y 15.2000 .*\$AA_IM\[Y\]"),
+        ("siemens", "G0 X1 Y1 Z9\nMEAS=1 G1 Z0 F9\nG0 Z9\nX=$AA_MW[X]+3\nM30\n", 5, r"X 4.2000 .*X 4.1000 "),
+    ],
+)
+def test_what_a_program_reads_of_its_displaced_position_is_not_displaced_again(
+    tmp_path: Path, dialect: str, text: str, line: int, words: str
+) -> None:
+    """The shift is in the position that is read: the term of the word comes on top of it."""
+    shift, source = similarity_field(shift_mm=(0.1, 0.2, -0.25)), tmp_path / "program.ngc"
+    refusal = refused(mapped, tmp_path, f"G17 G90 {'G71' if dialect == 'siemens' else 'G21'}\n{text}", shift, dialect)
+    assert (refusal.code, refusal.place.line) == (Code.NC_MAP, line)
+    assert re.search(words, refusal.message)
+    assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
+    found = mapped_program.program_obstacles(source, shift, FREE, dialect=dialect)
+    assert [(one.code, one.message) for one in found] == [(refusal.code, refusal.message)]
+
+
+def test_a_position_read_back_where_it_is_not_displaced_or_decides_alone_is_mapped(tmp_path: Path) -> None:
+    text = (
+        "G21 G17 G90\nG0 X0 Y0 Z5\nG1 Z-1 F9\no1 if [#<_z> LT 0]\nG1 X10\no1 endif\nG0 Z[#<_z>+7]\n"
+        "o2 while [#5420 LT 30]\nG91 G1 X10\nG90\no2 endwhile\nM2\n"
+    )
+    written, _ = mapped(tmp_path, text, similarity_field(shift_mm=(0.1, 0.0, 0.0)))
+    ran = interpret(tmp_path / "mapped.ngc", startup="G17 G21")
+    assert_same_moves(path_of(written), ran)
+    assert path_of(written).end_mm == pytest.approx(path_of(text).end_mm + [0.1, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("dialect", "cycle"),
+    [
+        ("haas-mill", "G70 I25. J30. L6"),
+        ("haas-mill", "G72 I5. J0. K3 L2"),
+        ("mitsubishi-mill", "G34 I25. J30. K6"),
+        ("mitsubishi-mill", "G22 P100"),
+        ("fanuc-mill", "G66 P9100 R2. D-12."),
+    ],
+)
+def test_what_cuts_by_the_cycle_in_force_or_after_each_move_is_not_left_as_it_is(
+    tmp_path: Path, dialect: str, cycle: str
+) -> None:
+    """Holes on a circle without X, Y or Z: R and Z of the cycle would stay undisplaced."""
+    text = f"G21 G17 G90 G54\nG0 X50. Y50.\nZ25.\nG81 G99 Z-10. R2. F100. L0\n{cycle}\nG80\nM30\n"
+    refusal = refused(mapped, tmp_path, text, similarity_field(shift_mm=(0.0, 0.0, -0.25)), dialect)
+    assert (refusal.code, refusal.place.line) == (Code.NC_OPAQUE, 5)
 
 
 def test_a_contour_that_is_roughed_too_begins_where_it_says(tmp_path: Path) -> None:

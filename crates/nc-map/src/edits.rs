@@ -62,6 +62,26 @@ impl Edits {
         equal
     }
 
+    /// The index of the line that each block begins as it is written; one more for their number.
+    pub fn first_lines(&self, program: &Program) -> Vec<usize> {
+        let breaks = |text: &[u8]| memchr::memchr_iter(b'\n', text).count();
+        let mut more = vec![0; program.blocks().len()];
+        for edit in &self.edits {
+            let new = self.text.get(edit.text.0 as usize..edit.text.1 as usize).unwrap_or(&[]);
+            if let Some(slot) = more.get_mut(program.block_at(edit.start as usize)) {
+                *slot += breaks(new);
+            }
+        }
+        let mut line = 0;
+        let mut first = Vec::with_capacity(more.len() + 1);
+        for more in more {
+            first.push(line);
+            line += 1 + more;
+        }
+        first.push(line);
+        first
+    }
+
     /// The part's bytes before `end` with the edits made. Insertions at one place keep their order.
     pub fn apply(&mut self, source: &[u8], end: usize, out: &mut Vec<u8>) {
         self.edits.sort_by_key(|edit| (edit.start, edit.end));

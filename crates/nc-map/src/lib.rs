@@ -5,6 +5,7 @@
 //! the words are edited by span: what need not change stays as it was. A move that the displaced path leaves by more
 //! than a tolerance becomes several. Programs with loops or calls have to be held whole.
 
+mod again;
 mod edits;
 pub mod field;
 mod geometry;
@@ -25,6 +26,7 @@ use std::thread;
 
 use nc_program::{Dialect, Linear, Options, TooLarge};
 
+use again::Again;
 use reader::{Part, Reader};
 use standing::Standing;
 use writer::hole::Drilling;
@@ -123,6 +125,8 @@ struct Writing {
     /// Where each axis stood before its first position, or went since: at its reference point, or elsewhere.
     left: [i8; 3],
     register: Register,
+    /// The run of what was written, of a program that is held whole; `None` once nothing is written for an obstacle.
+    again: Option<Again>,
     summary: Summary,
     refusals: Refusals,
 }
@@ -131,6 +135,7 @@ impl Mapper {
     /// Before the first bytes; `surveyed` is what was found of the whole program.
     pub fn new(dialect: &'static Dialect, options: Options, limits: Limits, surveyed: Surveyed) -> Self {
         let Surveyed { whole, named, comma, decimals } = surveyed;
+        let options = Options { trace: dialect.about_pole, ..options };
         let writing = Writing {
             limits: Limits { size_mm: limits.size_mm.min(MOST_MM), ..limits },
             whole,
@@ -146,10 +151,10 @@ impl Mapper {
             travel: [0; 3],
             left: [field::FROM_REFERENCE; 3],
             register: Register::default(),
+            again: whole.then(|| Again::new(options.clone())),
             summary: Summary::default(),
             refusals: Refusals::default(),
         };
-        let options = Options { trace: dialect.about_pole, ..options };
         Self { reader: Reader::new(dialect, options, whole), ready: None, writing }
     }
 

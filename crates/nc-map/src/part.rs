@@ -4,8 +4,9 @@ use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
 
 use nc_program::dialect::{FlowStyle, Letters};
-use nc_program::{Drilled, MoveKind, Program, ToolPath};
+use nc_program::{place_read, Drilled, MoveKind, Program, ToolPath};
 
+use crate::again::Meant;
 use crate::edits::{BlockNumbers, Edits};
 use crate::field::{Field, Trouble, Vector, FROM_ELSEWHERE, FROM_REFERENCE};
 use crate::geometry::Geometry;
@@ -21,6 +22,9 @@ use crate::writer::contour::turns_back;
 use crate::writer::pole::Poles;
 use crate::writer::Writer;
 use crate::Writing;
+
+/// A run may be off what was meant by this, beside rounding, mm.
+const SAME_MM: f64 = 1e-6;
 
 /// What becomes of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +123,7 @@ impl Writing {
             Ok(milled) => writer.milled = milled,
             Err(fault) => drop(self.refusals.keep(Err(told(fault, program, path)))?),
         }
-        self.write(&mut writer, &courses, roles, &found)?;
+        let ends = self.write(&mut writer, &courses, roles, &found)?;
         if part.last {
             self.refusals.keep(require_returned(&self.register, program, in_work, &writer.off_in_work()))?;
         }
@@ -134,8 +138,20 @@ impl Writing {
         self.linear = writer.linear;
         let stated = path.unit_stated.map(|(block, inch)| (self.summary.blocks + block + 1, inch));
         self.summary.unit_stated = self.summary.unit_stated.or(stated);
+        let edits = &mut writer.edits;
+        let mut written = Vec::new();
+        if self.refusals.is_empty() {
+            edits.apply(program.source(), part.end, &mut written);
+        } else {
+            self.again = None;
+        }
+        if let Some(again) = self.again.as_mut().filter(|_| place_read(program).is_some()) {
+            let rounding_mm = steps[0].unit.max(25.4 * steps[1].unit) + SAME_MM;
+            let meant = Meant { program, path, ends: &ends, edits, rounding_mm };
+            self.refusals.keep(again.require(&written, &meant))?;
+        }
         if !self.refusals.gathers {
-            writer.edits.apply(program.source(), part.end, out);
+            out.append(&mut written);
         }
         self.summary.blocks += part.until;
         Ok(())
@@ -232,14 +248,17 @@ impl Writing {
         }
     }
 
+    /// Writes all moves. Gives where each is to end in the written program, `None` within a
+    /// cycle, and back by no word.
     fn write(
         &mut self,
         writer: &mut Writer,
         courses: &[Course],
         roles: &HashMap<usize, Role>,
         pieces: &[Piece],
-    ) -> Result<(), Refused> {
+    ) -> Result<Vec<Option<Vector>>, Refused> {
         let (path, program) = (writer.path, writer.program);
+        let mut ends = Vec::with_capacity(courses.len());
         let (mut rest, mut holes) = (pieces, path.drilled.iter().peekable());
         let (mut placed, mut turned) = (path.placed.iter().peekable(), path.turned.iter().peekable());
         let mut registers: Vec<usize> =
@@ -252,7 +271,8 @@ impl Writing {
             }
             writer.turn_with(index);
             if let Some(hole) = holes.peek().filter(|hole| hole.first <= index) {
-                if index + 1 == hole.end {
+                let ends_here = index + 1 == hole.end;
+                if ends_here {
                     let (here, after) = rest.split_at(rest.partition_point(|piece| piece.of_move <= index));
                     rest = after;
                     let refused = courses[hole.first..hole.end].iter().any(|course| course.fate == Fate::Refused);
@@ -270,10 +290,12 @@ impl Writing {
                     }
                     holes.next();
                 }
+                ends.push(ends_here.then(|| writer.actual(index)));
                 continue;
             }
             if let Some(cycle) = turned.peek().filter(|cycle| cycle.first <= index) {
-                if index + 1 == cycle.end {
+                let ends_here = index + 1 == cycle.end;
+                if ends_here {
                     let (here, after) = rest.split_at(rest.partition_point(|piece| piece.of_move <= index));
                     rest = after;
                     let refused = courses[cycle.first..cycle.end].iter().any(|course| course.fate == Fate::Refused);
@@ -289,6 +311,7 @@ impl Writing {
                     }
                     turned.next();
                 }
+                ends.push(ends_here.then(|| writer.actual(index)));
                 continue;
             }
             let own = rest.iter().take_while(|piece| piece.of_move == index).count();
@@ -315,10 +338,12 @@ impl Writing {
             if !self.refusals.keep(written)? {
                 arrive(writer, index, here);
             }
+            ends.push((course.fate != Fate::Returns).then(|| writer.actual(index)));
         }
         registers.try_for_each(|register| {
             self.refusals.keep(require_on_position(program, register, &writer.off_in_work())).map(drop)
-        })
+        })?;
+        Ok(ends)
     }
 
     /// Refuses displacements that are too large, then those that change too much over a cut, wherever it was looked at.

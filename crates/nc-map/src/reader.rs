@@ -108,6 +108,7 @@ fn obstacles(
     let met = findings.into_iter().filter(|found| found.at < end && refuses(found));
     let mut all: Vec<Finding> = first_unknown(program, end).into_iter().chain(met).collect();
     all.sort_by_key(|found| found.at);
+    all.dedup_by_key(|found| (found.at, found.code));
     let refused = |found: Finding| {
         // What a note leaves as it is, a field over the whole program cannot.
         let hint = if found.severity == Severity::Note { WRITE_OUT.into() } else { found.hint };

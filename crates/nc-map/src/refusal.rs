@@ -86,6 +86,11 @@ impl Refusals {
         }
     }
 
+    /// Whether there was none so far.
+    pub fn is_empty(&self) -> bool {
+        self.of_part.is_empty() && self.all.is_empty()
+    }
+
     /// Keeps all of them, or returns the first, which counts the others.
     pub fn keep_all(&mut self, refused: Vec<Refused>) -> Result<(), Refused> {
         let more = refused.len().saturating_sub(1);

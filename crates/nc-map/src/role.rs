@@ -65,13 +65,13 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
                 | G::Removal(_)
                 | G::DiameterByWord,
             ) => Role::Data,
-            Some(G::OpaqueCycle | G::DefineCycle(None) | G::OpaqueMotion | G::OpaqueBlock | G::CallNamed) => {
-                Role::Cycle
-            }
+            Some(G::OpaqueCycle | G::DefineCycle(None) | G::OpaqueMotion | G::CallNamed) => Role::Cycle,
+            Some(G::OpaqueBlock | G::OpaqueCut) => Role::Cycle,
             _ => continue,
         };
         let block = program.block_at(word.start as usize);
-        let cuts_unseen = role == Role::Cycle && word.kind == WordKind::Name;
+        let cuts_unseen =
+            role == Role::Cycle && (word.kind == WordKind::Name || program.code(word) == Some(G::OpaqueCut));
         if names_axis(program, block) || matches!(role, Role::Home | Role::Retract) || cuts_unseen {
             roles.insert(block, role);
         }

@@ -116,6 +116,11 @@ impl<'a> Writer<'a> {
         self.linear.map_or(self.carried, |linear| linear.vector(self.carried))
     }
 
+    /// Where the tool is after a move, as the written program calls it, mm.
+    pub fn actual(&self, index: usize) -> Vector {
+        sum(&self.path.end[index], &self.carried)
+    }
+
     /// Goes over to the coordinates in which a move is programmed: the tool stands as far off as before.
     pub fn turn_with(&mut self, index: usize) {
         let linear = self.path.origins[self.path.state[index] as usize].linear;

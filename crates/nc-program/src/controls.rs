@@ -81,6 +81,8 @@ pub struct Rules {
     pub inverse_time_each_cut: bool,
     /// G54 with P names one of the further work offsets.
     pub offset_by_p: bool,
+    /// The letter, beside Q, of the block at which a program called by M98 begins.
+    pub begins_at: u8,
     /// A move to a place of the machine is at rapid, whatever motion is in force.
     pub machine_moves_rapid: bool,
     /// What one does under increments.
@@ -147,6 +149,7 @@ impl Rules {
         inch_feed: 1.0,
         inverse_time_each_cut: false,
         offset_by_p: false,
+        begins_at: b'Q',
         machine_moves_rapid: false,
         machine_increments: MachineIncrements::Positions,
         home_ends_length: false,

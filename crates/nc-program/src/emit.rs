@@ -45,7 +45,11 @@ impl Runner<'_> {
         } else {
             self.path.state_index(&Modal { feed: -1.0, ..self.state.modal }, origin)
         };
-        self.path.push(kind, self.state.position, end, words, self.block as i32, state);
+        let from = self.state.position;
+        if kind == MoveKind::Probe {
+            self.state.touched = [0, 1, 2].map(|axis| if end[axis] == from[axis] { from[axis] } else { f64::NAN });
+        }
+        self.path.push(kind, from, end, words, self.block as i32, state);
         self.state.position = end;
     }
 

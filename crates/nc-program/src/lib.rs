@@ -46,4 +46,4 @@ pub use run::{run, Options};
 pub use session::{jumps, Session};
 pub use shapes::arc::through;
 pub use values::parameters::Key;
-pub use values::uses::parameters_used;
+pub use values::uses::{parameters_used, place_read};

@@ -65,7 +65,18 @@ fn is_of_own_cycle(program: &Program, word: &Word) -> bool {
     block.iter().any(|other| program.code(other) == Some(G::OwnCycle))
 }
 
+/// A line with carriage returns within it.
+pub(crate) fn runs_on(program: &Program, word: &Word) -> Option<Finding> {
+    memchr::memchr(b'\r', program.text(word))?;
+    let message = "carriage returns without line feeds: where one block ends and the next begins is not known";
+    let hint = "save the program with LF or CR LF at the end of each line";
+    Some(Finding { severity: Severity::Error, ..warning(finding::WORD, word, message.to_owned(), hint) })
+}
+
 fn unknown_word(program: &Program, word: &Word) -> Finding {
+    if let Some(found) = runs_on(program, word) {
+        return found;
+    }
     let message =
         format!("\"{}\" is no word of the dialect {}", finding::excerpt(program.text(word)), program.dialect().name);
     let letter_o = matches!(program.text(word), [axis, b'O' | b'o', ..] if axis.is_ascii_alphabetic());

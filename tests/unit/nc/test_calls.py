@@ -25,6 +25,23 @@ def test_letters_become_local_parameters_and_the_caller_keeps_its_own() -> None:
     assert path.end_mm.tolist() == [*once, *again, [5, 7, 3]]
 
 
+def test_of_two_arguments_for_one_parameter_the_later_counts() -> None:
+    """Fanuc B-63684EN, page 278: I4.0 is the second I and D5.0 behind it is the same #7; before it D does not count."""
+    text = "G21 G65 P1000 {}\nM30\nO1000\nG00 X#7 Y#4 Z#2\nM99"
+    assert run(text.format("A1.0 B2.0 I-3.0 I4.0 D5.0")).end_mm.tolist() == [[5, -3, 2]]
+    assert run(text.format("A1.0 B2.0 D5.0 I-3.0 I4.0")).end_mm.tolist() == [[4, -3, 2]]
+
+
+def test_a_call_that_begins_within_a_program_is_refused_by_the_control_s_own_letter() -> None:
+    """H of a Mitsubishi is what Q is elsewhere; a Fanuc's H beside M98 is another word of its block."""
+    text = "G21 G90 G00 X0. Y0. Z9.\nM98 P100 {} L2\nM30\nO100\nX10.\nN20 Y10.\nM99"
+    for dialect, word in (("mitsubishi-mill", "H20"), ("mitsubishi-mill", "Q20"), ("fanuc-mill", "Q20")):
+        with pytest.raises(TrueloopError, match=f"{word}: where in the program the call begins") as refused:
+            run(text.format(word), dialect)
+        assert (refused.value.code, refused.value.place.line) == (Code.NC_FLOW, 2)
+    assert run(text.format("H20"), "fanuc-mill").end_mm[-1].tolist() == [10, 10, 9]
+
+
 def test_words_of_a_macro_call_set_no_feed_and_no_speed() -> None:
     path = run("G21 G01 X1. F10. S100\nG65 P100 F77. S88. T9\nX2.\nM30\nO100\nM99")
     assert (path.feed.tolist(), path.spindle_speed.tolist(), path.tool.tolist()) == ([10, 10], [100, 100], [-1, -1])

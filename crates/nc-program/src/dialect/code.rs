@@ -126,6 +126,8 @@ pub enum G {
     OpaqueMotion,
     /// Such a cycle, or a call of what is not in the program, in this block only.
     OpaqueBlock,
+    /// Such a cycle or call that cuts where the block names no axis: holes by the cycle in force.
+    OpaqueCut,
     /// Changes where later positions are in a way that the runner does not follow.
     OpaqueMode,
     /// Turns the plane by R about a point: G68.

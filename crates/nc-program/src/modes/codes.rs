@@ -38,6 +38,7 @@ pub(crate) fn is_idle(code: G) -> bool {
         code,
         G::OpaqueCycle
             | G::OpaqueBlock
+            | G::OpaqueCut
             | G::Continued
             | G::GoToName
             | G::OpaqueMode
@@ -351,7 +352,7 @@ impl Runner<'_> {
             }
             G::SystemData => self.forget_read(word),
             G::Probe => self.probe_cycle(word),
-            G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
+            G::OpaqueBlock | G::OpaqueCut => self.note_opaque(word, "what it does is not in the path"),
             G::Continued => self.continued(word),
             G::OpaqueMode => self.unfollowed(word),
             G::Turn | G::TurnAnew => self.turn_frame(code == G::TurnAnew, word),

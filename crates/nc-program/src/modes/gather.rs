@@ -3,6 +3,7 @@
 use crate::dialect::{Dialect, FlowStyle, Name, G, M};
 use crate::drilling::called_cycle::RAPID_FEED;
 use crate::finding::{self, Severity};
+use crate::lint::runs_on;
 use crate::modes::codes::acts;
 use crate::modes::home::MACHINE_AXIS;
 use crate::modes::request::{Jump, Request};
@@ -10,7 +11,7 @@ use crate::reading::program::{Word, WordKind};
 use crate::run::Runner;
 use crate::values::expression::{self, is_vacant, Fault, Values};
 use crate::values::parameters::Key;
-use crate::values::scope::{has_value, Scope};
+use crate::values::scope::{is_kept, is_numbered, is_zero, Scope};
 
 /// Feeds of Klartext's cycles: plunging, milling, retraction, pre-positioning, counterboring, finishing, turning.
 const FEEDS: [u32; 12] = [11, 12, 206, 207, 208, 253, 254, 309, 385, 478, 488, 505];
@@ -62,7 +63,11 @@ impl Runner<'_> {
                     continue;
                 }
                 WordKind::Unknown if !self.options.optional_blocks && program.begins_skip(word) => return,
-                WordKind::Statement | WordKind::Flow | WordKind::Label | WordKind::Unknown => continue,
+                WordKind::Unknown => {
+                    runs_on(program, word).into_iter().for_each(|found| finding::add(&mut self.findings, found));
+                    continue;
+                }
+                WordKind::Statement | WordKind::Flow | WordKind::Label => continue,
             };
             match word.letter {
                 b'G' => self.gather_g(value, index, request),
@@ -165,7 +170,7 @@ impl Runner<'_> {
         }
         match key {
             Some(key) if self.program.dialect().formulas => self.state.store.set(key, value), // one after another
-            Some(key @ Key::Number(_)) if self.program.dialect().parameters.unset_is_zero && !has_value(&key) => {
+            Some(key @ Key::Number(_)) if self.program.dialect().parameters.unset_is_zero && !is_numbered(&key) => {
                 let message = format!("{} is no parameter that the control has", key.text(self.program.dialect()));
                 self.refuse(finding::PARAMETER, word.start as usize, message, "take one from #1 to #5601");
             }
@@ -263,6 +268,8 @@ impl Runner<'_> {
             modal: &self.state.modal,
             frame: &self.state.frame,
             position: self.state.position,
+            touched: self.state.touched,
+            tools: &self.options.tools,
             unset_is_zero: self.program.dialect().parameters.unset_is_zero,
             has_null: self.program.dialect().flow == FlowStyle::Macro,
             in_macro: self.in_macro(),
@@ -289,10 +296,13 @@ impl Runner<'_> {
                 Key::Name(name) if name.as_ref() == b"o" => format!("if the figure is meant, write 0; else {hint}"),
                 _ => hint,
             };
-            let zero = self.program.dialect().parameters.unset_is_zero && has_value(&key);
-            if zero {
+            let of_linuxcnc = self.program.dialect().parameters.unset_is_zero;
+            if of_linuxcnc && is_zero(&key) {
                 let message = format!("parameter {text} has no value: the control reads it as 0");
                 self.report(Severity::Warning, finding::PARAMETER, at, message, &hint);
+            } else if (of_linuxcnc || matches!(key, Key::Name(_))) && is_kept(&key) {
+                let message = format!("the value that the control itself gives {text} is not known here");
+                self.refuse(finding::PARAMETER, at, message, &hint);
             } else {
                 self.refuse(finding::PARAMETER, at, format!("parameter {text} has no value"), &hint);
             }

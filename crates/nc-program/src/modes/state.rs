@@ -33,6 +33,8 @@ pub(crate) struct State {
     pub frame: Frame,
     /// Where the tool is, in the frame in force.
     pub position: [f64; 3],
+    /// Where the last touch was, as the program called it, mm: NaN along axes that moved towards it, and before the first.
+    pub touched: [f64; 3],
     /// Corners and lines that wait for the next move.
     pub contouring: Contouring,
     /// The pole of polar coordinates, in the frame in which it was set.
@@ -129,6 +131,7 @@ impl State {
                 ..Frame::new(&options.work_offsets, dialect.tool_offset == ToolOffset::Code)
             },
             position: options.position,
+            touched: [f64::NAN; 3],
             contouring: Contouring::default(),
             pole: [0.0; 3],
             store,

@@ -20,37 +20,43 @@ pub(crate) type Arguments = Vec<(u32, f64)>;
 impl Runner<'_> {
     /// G65 P, L times.
     pub(crate) fn call_macro(&mut self, request: &Request, word: i32) {
-        if let Some((start, arguments)) = self.macro_called(request, word) {
-            self.visit_macro(start, times(request), &arguments);
+        match self.macro_called(request) {
+            Some((start, arguments)) => self.visit_macro(start, times(request), &arguments),
+            None => self.note_opaque(word, "what it does is not in the path"),
         }
     }
 
     /// The block at which the macro of P starts, and its arguments. One that is not in this file is not followed.
-    pub(crate) fn macro_called(&mut self, request: &Request, word: i32) -> Option<(usize, Arguments)> {
+    pub(crate) fn macro_called(&mut self, request: &Request) -> Option<(usize, Arguments)> {
         let number = request.get(b'P').filter(|p| (0.0..=99_999_999.0).contains(p)).map(|p| p.round() as u32);
-        let Some(start) = number.and_then(|number| self.labels().program(number)) else {
-            self.note_opaque(word, "what it does is not in the path");
-            return None;
-        };
+        let start = number.and_then(|number| self.labels().program(number))?;
         let (sets, numbered) = (self.argument_sets(), LETTERS.iter().enumerate());
-        let given = numbered.filter_map(|(place, letter)| Some((place as u32 + 1, request.get(*letter)?)));
-        if sets.is_empty() {
-            return Some((start, given.collect()));
-        }
-        let others = given.filter(|(number, _)| !(4..=6).contains(number));
-        Some((start, others.chain(sets).collect()))
+        let given = numbered.filter_map(|(place, letter)| {
+            let number = place as u32 + 1;
+            let in_set = !sets.is_empty() && (4..=6).contains(&number);
+            Some((request.word(*letter), number, request.get(*letter).filter(|_| !in_set)?))
+        });
+        let mut all: Vec<_> = given.collect();
+        all.extend(&sets);
+        all.sort_by_key(|(word, ..)| *word); // of two for one parameter the later counts
+        Some((start, all.into_iter().map(|(_, number, value)| (number, value)).collect()))
     }
 
     /// I, J and K that stand more than once in the block: #4 to #6, then #7 to #9 and so on, a set for each that does not
-    /// come after the one before in the order I, J, K (argument specification II). Empty where none is repeated.
-    fn argument_sets(&mut self) -> Arguments {
+    /// come after the one before in the order I, J, K (argument specification II), each behind the index of its word. Empty
+    /// where none is repeated.
+    fn argument_sets(&mut self) -> Vec<(i32, u32, f64)> {
         let program = self.program;
-        let words = program.words_of(self.block).iter().filter(|word| b"IJK".contains(&word.letter));
-        let words: Vec<_> = words.filter(|word| matches!(word.kind, WordKind::Number | WordKind::Expression)).collect();
-        let repeated =
-            words.iter().enumerate().any(|(at, word)| words[..at].iter().any(|one| one.letter == word.letter));
-        let (mut sets, mut first, mut last) = (Arguments::new(), FIRST_OF_SETS, 0);
-        for word in words.into_iter().filter(|_| repeated) {
+        let words = program.word_range(self.block).map(|index| (index as i32, &program.words()[index]));
+        let words = words.filter(|(_, word)| b"IJK".contains(&word.letter));
+        let words: Vec<_> =
+            words.filter(|(_, word)| matches!(word.kind, WordKind::Number | WordKind::Expression)).collect();
+        let repeated = words
+            .iter()
+            .enumerate()
+            .any(|(at, (_, word))| words[..at].iter().any(|(_, one)| one.letter == word.letter));
+        let (mut sets, mut first, mut last) = (Vec::new(), FIRST_OF_SETS, 0);
+        for (index, word) in words.into_iter().filter(|_| repeated) {
             if word.letter <= last {
                 first += 3;
             }
@@ -64,7 +70,7 @@ impl Runner<'_> {
                 }
                 _ => self.value(program.value_start(word)).0,
             };
-            sets.push((first + u32::from(word.letter - b'I'), value));
+            sets.push((index, first + u32::from(word.letter - b'I'), value));
         }
         sets
     }
@@ -108,7 +114,11 @@ pub(crate) struct ModalMacro {
 impl Runner<'_> {
     /// G66 P, L times, with arguments. What is not in this file is not followed.
     pub(crate) fn set_modal_macro(&mut self, request: &Request, word: i32) {
-        let Some((start, arguments)) = self.macro_called(request, word) else { return };
+        let Some((start, arguments)) = self.macro_called(request) else {
+            let message = format!("{}: what it does is not in the path", self.word_text(word));
+            let hint = "put the macro into the program's own file";
+            return self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+        };
         let full = self.state.modal_macros.len() >= LEVELS;
         if full {
             let message =

@@ -102,9 +102,10 @@ impl Runner<'_> {
 
     /// `M98 P1000 L3`; without L also `M98 P31000`, the repetitions before the last four digits.
     fn call_program(&mut self, request: &Request) {
-        if request.any(b"Q") {
-            let message =
-                format!("{}: where in the program the call begins is not followed", self.word_text(request.word(b'Q')));
+        let begins_at = [b'Q', self.program.dialect().rules.begins_at];
+        if let Some(letter) = begins_at.into_iter().find(|letter| request.any(&[*letter])) {
+            let word = self.word_text(request.word(letter));
+            let message = format!("{word}: where in the program the call begins is not followed");
             let hint = "call a program from its beginning";
             return self.refuse(finding::FLOW, self.block_start(), message, hint);
         }

@@ -29,6 +29,7 @@ pub(crate) fn lex(source: &[u8], dialect: &Dialect) -> (Vec<Block>, Vec<Word>) {
         words: Vec::with_capacity(source.len() / LEAST_BYTES_A_WORD + 1),
         at: if source.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 },
         remark_goes_on: false,
+        has_returns: memchr::memchr(b'\r', source).is_some(),
     };
     while lexer.at < source.len() {
         lexer.block();
@@ -46,6 +47,7 @@ pub(crate) struct Lexer<'a> {
     at: usize,
     /// The line before was a remark that goes on in this one.
     remark_goes_on: bool,
+    has_returns: bool,
 }
 
 impl Lexer<'_> {
@@ -89,6 +91,11 @@ impl Lexer<'_> {
                 | Class::Other => self.unknown(self.at),
             }
         }
+        if self.has_returns && self.runs_on(start) {
+            self.words.truncate(first_word);
+            self.push_unknown(start, self.at);
+            (optional, tape_mark) = (false, false);
+        }
         let optional = optional || self.goes_on_skipped(start);
         let line = self.source.get(start..self.at).unwrap_or(&[]).trim_ascii();
         let begins = line.iter().find(|byte| !byte.is_ascii_digit() && **byte != b' ');
@@ -97,6 +104,12 @@ impl Lexer<'_> {
         let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
         self.blocks.push(Block { start, end, first_word, optional, tape_mark });
         self.at += 1;
+    }
+
+    /// Whether a carriage return without a line feed stands within the line: blocks that end so cannot be told apart.
+    fn runs_on(&self, start: usize) -> bool {
+        let line = self.source.get(start..self.at).unwrap_or(&[]);
+        memchr::memchr(b'\r', line.trim_ascii()).is_some()
     }
 
     /// Whether a line is a remark: no block of Klartext begins with a bracket; set-up sheets above a program do.

@@ -1,7 +1,9 @@
 //! What parameters read as while a program runs: the program's own values, then those the control keeps.
 
+use crate::dialect::Dialect;
 use crate::modes::frame::Frame;
 use crate::modes::modal::Modal;
+use crate::modes::tool::{called, Tool};
 use crate::values::expression::{Values, VACANT};
 use crate::values::parameters::{Key, Store, LAST_MACRO_LOCAL};
 
@@ -14,6 +16,9 @@ pub(crate) struct Scope<'a> {
     pub modal: &'a Modal,
     pub frame: &'a Frame,
     pub position: [f64; 3],
+    /// Where the last touch was, mm: NaN along axes that moved towards it.
+    pub touched: [f64; 3],
+    pub tools: &'a [Tool],
     pub unset_is_zero: bool,
     /// #0 is the parameter that never has a value.
     pub has_null: bool,
@@ -27,14 +32,15 @@ impl Values for Scope<'_> {
         if self.has_null && *key == Key::Number(0) {
             return VACANT;
         }
-        if let Some(value) = self.store.get(key).or_else(|| self.system(key)) {
+        let value = self.touched(key).or_else(|| self.store.get(key)).or_else(|| self.system(key));
+        if let Some(value) = value {
             return value;
         }
         if self.in_macro && matches!(key, Key::Number(1..=LAST_MACRO_LOCAL)) {
             return VACANT;
         }
         self.undefined.push((key.clone().into_owned(), at));
-        if self.unset_is_zero && has_value(key) {
+        if self.unset_is_zero && is_zero(key) {
             0.0
         } else {
             f64::NAN
@@ -42,14 +48,37 @@ impl Values for Scope<'_> {
     }
 
     fn exists(&self, key: &Key) -> bool {
-        let zero = self.unset_is_zero && has_value(key);
-        zero || self.store.get(key).or_else(|| self.system(key)).is_some()
+        self.unset_is_zero && is_numbered(key) || self.store.get(key).or_else(|| self.system(key)).is_some()
     }
 }
 
 /// Whether LinuxCNC has a parameter of that number, set or not.
-pub(crate) fn has_value(key: &Key) -> bool {
+pub(crate) fn is_numbered(key: &Key) -> bool {
     matches!(key, Key::Number(1..=LAST_OF_LINUXCNC))
+}
+
+/// Whether LinuxCNC reads a parameter as 0 where nothing has set it.
+pub(crate) fn is_zero(key: &Key) -> bool {
+    is_numbered(key) && !is_kept(key)
+}
+
+/// Whether the control itself gives a parameter its value, by what it does or from its tables.
+pub(crate) fn is_kept(key: &Key) -> bool {
+    match key {
+        Key::Number(number) => matches!(number, 5061..=5070 | 5161..=5189 | 5210..=5219 | 5404..=5428),
+        Key::Name(name) => name.starts_with(b"$"),
+    }
+}
+
+/// Whether a parameter is the place of the tool, now or where it touched.
+pub(crate) fn is_place(key: &Key, dialect: &Dialect) -> bool {
+    match key {
+        Key::Number(number) => dialect.parameters.unset_is_zero && matches!(number, 5061..=5069 | 5420..=5428),
+        Key::Name(name) if dialect.parameters.unset_is_zero => {
+            matches!(**name, [b'_', b'x' | b'y' | b'z' | b'a' | b'b' | b'c' | b'u' | b'v' | b'w'])
+        }
+        Key::Name(name) => [&b"$aa_i"[..], b"$aa_m", b"$p_ep"].iter().any(|start| name.starts_with(start)),
+    }
 }
 
 impl Scope<'_> {
@@ -76,22 +105,34 @@ impl Scope<'_> {
                 let offsets = self.frame.work.get(&(system as usize + 1)).copied().unwrap_or_default();
                 Some(offsets.get(axis as usize).map_or(0.0, |offset| offset / mm))
             }
-            Key::Number(5061..=5070 | 5161..=5189 | 5210..=5219 | 5404..=5429) => Some(0.0),
+            Key::Number(5410) => called(self.tools, self.modal.tool_in_use(), None).map(|tool| 2.0 * tool.radius / mm),
             Key::Number(_) => None,
             Key::Name(name) => self.named(name),
         }
     }
 
-    /// Sinumerik: where the axes are; a measurement is taken to have touched at the programmed end of its move.
+    /// Where the last touch was, along an axis that stood: a run does not know how far the others went.
+    fn touched(&self, key: &Key) -> Option<f64> {
+        let (axis, unit) = match key {
+            Key::Number(number @ 5061..=5063) if self.unset_is_zero => ((number - 5061) as usize, self.modal.mm()),
+            Key::Name(name) => {
+                let axis = [b"$aa_mw[x]", b"$aa_mw[y]", b"$aa_mw[z]"].iter().position(|known| *known == &**name)?;
+                (axis, self.modal.axis_mm(axis))
+            }
+            Key::Number(_) => return None,
+        };
+        Some(self.touched[axis] / unit).filter(|value| !value.is_nan())
+    }
+
+    /// Sinumerik: where the axes are.
     fn siemens(&self, name: &[u8]) -> Option<f64> {
         let name = name.strip_suffix(b"]")?;
         let (name, index) = name.split_at(memchr::memchr(b'[', name)?);
         let axis = [b"[x", b"[y", b"[z"].iter().position(|axis| *axis == index);
         let work = |axis: usize| self.position[axis] / self.modal.axis_mm(axis);
         match (name, axis) {
-            (b"ac_mea", None) => Some(1.0),
-            (b"aa_iw" | b"aa_mw" | b"p_ep", Some(axis)) => Some(work(axis)),
-            (b"aa_im" | b"aa_mm", Some(axis)) => Some(self.frame.machine(self.position)[axis] / self.modal.mm()),
+            (b"aa_iw" | b"p_ep", Some(axis)) => Some(work(axis)),
+            (b"aa_im", Some(axis)) => Some(self.frame.machine(self.position)[axis] / self.modal.mm()),
             _ => None,
         }
     }

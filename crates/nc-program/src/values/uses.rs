@@ -3,11 +3,13 @@
 use std::collections::HashSet;
 
 use crate::dialect::Naming;
+use crate::finding::excerpt;
 use crate::reading::names;
-use crate::reading::program::{Program, WordKind};
+use crate::reading::program::{Program, Word, WordKind};
 use crate::reading::scan::NAME_LENGTH;
 use crate::values::expression::{self, Values};
 use crate::values::parameters::{read_number, Key};
+use crate::values::scope::is_place;
 
 /// Every parameter that some expression reads, with the byte of its first use; those of a computed number left out.
 pub fn parameters_used(program: &Program) -> Vec<(Key<'static>, usize)> {
@@ -32,6 +34,23 @@ pub fn parameters_used(program: &Program) -> Vec<(Key<'static>, usize)> {
         }
     }
     used
+}
+
+/// The first parameter that a program reads to know where the tool stands, or touched, as it is written; or one whose number
+/// is computed, which may be such.
+pub fn place_read(program: &Program) -> Option<String> {
+    let dialect = program.dialect();
+    let place = parameters_used(program).into_iter().find(|(key, _)| is_place(key, dialect));
+    if place.is_some() || dialect.formulas {
+        return place.map(|(key, _)| key.text(dialect));
+    }
+    let computed = |word: &&Word| {
+        let marks = program.text(word).split(|byte| *byte == dialect.parameters.mark).skip(1);
+        let of_value = matches!(word.kind, WordKind::Expression | WordKind::Assignment | WordKind::Flow);
+        of_value && { marks }.any(|rest| matches!(rest.trim_ascii_start().first(), None | Some(b'[')))
+    };
+    let word = program.words().iter().filter(|_| dialect.parameters.unset_is_zero).find(computed)?;
+    Some(excerpt(program.text(word)))
 }
 
 /// Notes what an expression asks for.
