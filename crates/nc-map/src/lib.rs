@@ -60,7 +60,7 @@ pub struct Limits {
 /// What has to be known of a whole program before its first part is written.
 #[derive(Clone, Copy, Debug)]
 pub struct Surveyed {
-    /// It is to be held whole: a block of it [`nc_program::jumps`].
+    /// It is to be held whole: a block of it [`nc_program::jumps`], or reads where the tool stands.
     pub whole: bool,
     /// Which axes it names, as [`named_axes`] says.
     pub named: [bool; 3],

@@ -11,7 +11,6 @@ use crate::reading::letters::Letters;
 use crate::reading::program::{Program, Word, WordKind};
 use crate::run::{Options, Runner};
 use crate::shapes::contouring::{CORNERS, EVERY_ROUND};
-use crate::values::uses::place_read;
 
 /// A run in parts. Only of programs of which no block [`jumps`]: a part knows nothing of the others' blocks.
 #[derive(Debug)]
@@ -53,8 +52,7 @@ impl Session {
     }
 }
 
-/// Whether a block may send the run elsewhere: loops, calls, contours by number; or looks back, be it at where the tool
-/// stands.
+/// Whether a block may send the run elsewhere: loops, calls, contours by number; or looks back.
 pub fn jumps(program: &Program) -> bool {
     // A corner shortens the move before, which may be of another part.
     let mut shapes = Letters::of(&CORNERS);
@@ -65,7 +63,7 @@ pub fn jumps(program: &Program) -> bool {
     program.words().iter().any(|word| {
         let is_value = matches!(word.kind, WordKind::Number | WordKind::Expression);
         is_value && shapes.has(word.letter) || !plain(word) && word_jumps(program, word)
-    }) || place_read(program).is_some()
+    })
 }
 
 fn word_jumps(program: &Program, word: &Word) -> bool {

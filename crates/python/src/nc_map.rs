@@ -6,7 +6,7 @@ use nc_map::{
     Refusal, Saying, Surveyed,
 };
 use nc_program::dialect::Letters;
-use nc_program::{jumps, rotary_letters, Options, Program};
+use nc_program::{jumps, place_read, rotary_letters, Options, Program};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -196,7 +196,7 @@ impl NcMapper {
 
 type FirstBlocks = (Option<usize>, Option<usize>, Option<usize>, Option<usize>);
 
-/// Number of blocks, whether one may send its run elsewhere, which of X, Y, Z are named, the block in which each letter
+/// Number of blocks, whether one may send its run elsewhere, or reads where the tool stands, which of X, Y, Z are named, the block in which each letter
 /// is first met, and the blocks that first set an offset by G10, first set the position register, first go to a place of the
 /// machine, and first make a spline or a tangent arc; whether decimal commas are written; the decimals of coordinates; the
 /// letters of rotary axes.
@@ -221,7 +221,7 @@ fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<S
                 let letters = letters(&program);
                 (
                     program.blocks().len(),
-                    jumps(&program),
+                    jumps(&program) || place_read(&program).is_some(),
                     named_axes(&letters, dialect),
                     letters
                         .into_iter()
