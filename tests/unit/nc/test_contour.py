@@ -140,7 +140,9 @@ def test_lead_in_along_z_in_front_of_the_face_is_no_cylinder(on: bytes, front_mm
         (b"Z-22.", ("face-1", "cylinder-2")),  # straight on
     ],
 )
-def test_lead_in_along_z_up_to_the_face_is_no_cylinder_whatever_is_cut_first(cuts: bytes, last: tuple[str, str]) -> None:
+def test_lead_in_along_z_up_to_the_face_is_no_cylinder_whatever_is_cut_first(
+    cuts: bytes, last: tuple[str, str]
+) -> None:
     text = LED_IN.replace(b"{on}", b"G42 ").replace(b"{front}", b"0.").replace(b"X28. ,C1.5\nZ-22.", cuts)
     contour = contour_of_program(feed_moves(read_program(text, "fanuc-lathe").run()), NOSE_RADIUS_MM)
     assert contour.profile.names[-2:] == last
