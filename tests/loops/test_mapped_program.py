@@ -279,7 +279,7 @@ def test_a_position_read_back_where_it_is_not_displaced_or_decides_alone_is_mapp
     written, _ = mapped(tmp_path, text, similarity_field(shift_mm=(0.1, 0.0, 0.0)))
     ran = interpret(tmp_path / "mapped.ngc", startup="G17 G21")
     assert_same_moves(path_of(written), ran)
-    assert path_of(written).end_mm == pytest.approx(path_of(text).end_mm + [0.1, 0.0, 0.0])
+    assert path_of(written).end_mm == pytest.approx(path_of(text).end_mm + np.array([0.1, 0.0, 0.0]))
 
 
 @pytest.mark.parametrize(

@@ -188,7 +188,7 @@ def _without_approach(moves: list[FeedMove], side: Side, offset_mm: float, notes
         to_free, leaves = free_x * along * float(kept[at].path.tangent(0.0)[0]), _leaves(kept[pair])
         in_air = end == "free" and _in_front(kept[at], kept[1:] if at == 0 else kept[:-1], offset_mm)
         in_air &= leaves or _is_along_z(kept[at])
-        if in_air or leaves and to_free > (SQUARE if end == "chuck" else _OUTWARDS):
+        if in_air or (leaves and to_free > (SQUARE if end == "chuck" else _OUTWARDS)):
             line = kept.pop(at).line
             if end == "chuck":
                 note = wording(
