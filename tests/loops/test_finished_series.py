@@ -118,6 +118,16 @@ def test_a_part_of_a_series_is_judged_by_its_own_readings(tmp_path: Path) -> Non
     assert before.probability_in is not None and before.probability_in <= 0.5 * math.erfc(2.0 / math.sqrt(2.0)) + 1e-9
 
 
+def test_readings_without_a_nominal_value_are_diagnosed_on_the_profile_that_they_corrected(tmp_path: Path) -> None:
+    """Ø30 and Ø36 read 50 µm too large by a gauge: 25 µm on the radius, and nothing of a probe."""
+    db = str(tmp_path / "m.db")
+    run("db", "init", db)
+    correct(tmp_path, 1, FIRST, "contour", 'cut_with = "given"', db=db)
+    said = run("diagnose", "part", "1", "--db", db)
+    assert "CMM or gauge" in said and "probe" not in said
+    assert "cylinder-2, radius: +25.0" in said and "cylinder-1, radius: +25.0" in said
+
+
 @pytest.mark.parametrize("stored", [False, True])
 def test_a_part_measured_again_was_not_cut_with_the_correction_made_from_it(tmp_path: Path, stored: bool) -> None:
     """What the hint names leads on: what cut the part, or another serial number for it."""

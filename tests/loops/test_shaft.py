@@ -368,6 +368,16 @@ def test_a_nominal_of_the_file_that_is_not_the_contours_is_named_with_both(tmp_p
     assert "another nominal" not in run("measure", "read", tmp_path / "same" / "readings.csv", "--job", job)
 
 
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_a_deviation_is_compared_with_the_profiles_nominal_where_the_file_states_none(
+    tmp_path: Path, sign: str
+) -> None:
+    job = shaft_with(tmp_path, f"feature,z_mm,diameter_mm,deviation\nseat-30,-20,30.030,{sign}0.030\n")
+    read = run("measure", "read", tmp_path / "readings.csv", "--job", job)
+    for said in (read, run("compensate", job, "--no-store")):
+        assert ("1 of 1 deviations are counted the other way" in said) == bool(sign)
+
+
 @pytest.mark.parametrize(
     ("half_um", "u_um", "outcome"), [(100, 1, "refused"), (100, 80, ""), (5, 1, "named"), (1, 1, ""), (5, 4, "")]
 )

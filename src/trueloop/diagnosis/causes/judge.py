@@ -195,7 +195,8 @@ def judge(series: SeenSeries) -> Diagnosis:
     if errors is None:
         raise Code.DIA_FEW.refusal(
             f"{len(series.parts)} parts with 0 points on their features, of at least 1 that a diagnosis needs",
-            hint="inspect the parts on the machine, by a gauge or on a measuring machine",
+            hint="inspect the parts on the machine, by a gauge or on a measuring machine; --job states the features of "
+            "readings without a nominal value",
             values={"count": 0, "needed": 1},
         )
     given = asked(errors, series)

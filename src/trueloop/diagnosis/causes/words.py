@@ -124,17 +124,17 @@ def _by_device(evidence: CauseEvidence) -> Wording:
     if len(evidence.mean_mm) == 2:
         (machine, parts), (cmm, _) = evidence.mean_mm[SeenBy.MACHINE], evidence.mean_mm[SeenBy.CMM]
         return wording(
-            "{feature}: the machine's probe finds {machine}, the CMM {cmm}, on average of {parts} parts.",
+            "{feature}: the machine's probe finds {machine}, the CMM or gauge {cmm}, on average of {parts} parts.",
             feature=evidence.feature, machine=Um(machine), cmm=Um(cmm), parts=parts,
         )  # fmt: skip
     ((seen_by, (mean, parts)),) = evidence.mean_mm.items()
     if seen_by is SeenBy.MACHINE:
         return wording(
-            "{feature}: the machine's probe finds {mean} on average of {parts} parts; no CMM has measured it.",
+            "{feature}: the machine's probe finds {mean} on average of {parts} parts; no CMM or gauge has measured it.",
             feature=evidence.feature, mean=Um(mean), parts=parts,
         )  # fmt: skip
     return wording(
-        "{feature}: the CMM finds {mean} on average of {parts} parts; the machine has not probed it.",
+        "{feature}: the CMM or gauge finds {mean} on average of {parts} parts; the machine has not probed it.",
         feature=evidence.feature, mean=Um(mean), parts=parts,
     )  # fmt: skip
 

@@ -103,10 +103,10 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     sha256 = sha256_of(path.read_bytes())
     inspections = tuple(_inspection(run, group, sha256) for run, group in grouped.items())
     empty = len(table.rows) - len(rows)
-    deviations = [(row.reading, *row.deviation) for row in rows if row.deviation is not None]
+    stating = [(row.reading, row.deviation) for row in rows if row.deviation is not None]
     remarks = (
         *((Remark(f"{empty} of {len(table.rows)} rows have no value: not measured"),) if empty else ()),
-        *stated_deviations(deviations),
+        *stated_deviations((reading, *deviation) for reading, deviation in stating),
         *filled_in(inspections),
     )
     inch = any(name.endswith("_in") for name in file.header)
@@ -121,6 +121,7 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
         inspections=inspections,
         characteristics=asked,
         remarks=remarks,
+        deviations={reading.line: deviation for reading, deviation in stating if reading.nominal is None},
     )
 
 

@@ -1,7 +1,7 @@
 """The result of reading an inspection file: the inspections, and remarks about the file."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -24,7 +24,8 @@ class MeasuredFile:
     """An inspection file as read: one inspection for each part in each run, in the file's order.
 
     `format` names it in words. `encoding` is the one its text was read in. `unit` is the file's own; all lengths here
-    are in mm. `characteristics` are those the file asks for, with their limits, whether measured or not.
+    are in mm. `characteristics` are those the file asks for, with their limits, whether measured or not. `deviations`
+    are those of readings without a nominal value, with what they may differ by from rounding, by line.
     """
 
     path: Path
@@ -34,6 +35,7 @@ class MeasuredFile:
     inspections: tuple[Inspection, ...]
     characteristics: tuple[Characteristic, ...] = ()
     remarks: tuple[Remark, ...] = ()
+    deviations: Mapping[int | None, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -75,11 +75,13 @@ def read_measured(
     inspections = _chosen(file, chosen or Chosen())
     if part is None:
         return FileOnPart(file, tuple(OnPart(run, one) for run, one in inspections))
-    from trueloop.jobs.turned.readings import require_features
+    from trueloop.jobs.turned.readings import deviations_of, require_features
 
     require_features(stated.mapping, names, part.profile)
     found = tuple(_on_part(part.profile, file, run, one, names, axis) for run, one in inspections)
-    return FileOnPart(file, found, part.name, part.profile.names)
+    matched = [reading for one in found if one.matches is not None for reading in one.matches.readings]
+    remarks = (*file.remarks, *deviations_of(file, part.profile, matched))
+    return FileOnPart(replace(file, remarks=remarks), found, part.name, part.profile.names)
 
 
 def _on_part(

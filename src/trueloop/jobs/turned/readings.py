@@ -16,7 +16,8 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, Severity, in_file
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
-from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
+from trueloop.formats.inspections.measured_file import MeasuredFile, Remark, StatedFacts
+from trueloop.formats.inspections.shared.checks import stated_deviations
 from trueloop.formats.inspections.shared.text import feature_names
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.measurements.touches_csv import read_touches
@@ -26,7 +27,7 @@ from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.machine.model.term import means
 from trueloop.turned.readings.match import features_listed, match_inspection
 from trueloop.turned.readings.matches import MatchedReading, feature_named, match_by_name
-from trueloop.turned.readings.observed import check_repeats, corrected, other_nominals, repeated
+from trueloop.turned.readings.observed import check_repeats, corrected, nominal_of, other_nominals, repeated
 from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.vectors import assumed_words, require_places, warm_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -120,6 +121,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         if unmatched:
             notes.append(wording("{file}: {n} values are of no feature of the part.", file=file.name, n=unmatched))
         notes += [f"{file.name}: {one.message} ({one.hint})." for one in other_nominals(profile, found)]
+        notes += [f"{file.name}: {remark.text}." for remark in deviations_of(measured, profile, found)]
     if files and not matched and not touches:
         raise Code.MSR_NONE.refusal(
             f"{len(files)} files of readings hold 0 readings of the part",
@@ -140,6 +142,15 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         notes=tuple(notes),
         gauging=gauging,
         file=one_file,
+    )
+
+
+def deviations_of(measured: MeasuredFile, profile: Profile, matched: Sequence[MatchedReading]) -> tuple[Remark, ...]:
+    """Compares deviations that a file states of readings without a nominal value with those from the profile's."""
+    return stated_deviations(
+        (replace(one.reading, nominal=nominal_of(profile, one)), *measured.deviations[one.reading.line])
+        for one in corrected(matched)
+        if one.reading.line in measured.deviations
     )
 
 
