@@ -37,7 +37,7 @@ def site() -> dict[str, bytes]:
         raise KeyError(f"search_words.toml has words of pages that the index does not list: {', '.join(words)}")
     made["search.html"] = layout.search(lists).encode()
     places.sort(key=lambda place: place.address.partition("#")[0] not in FIRST)
-    rows = [place.as_list() for place in places if any(place.text)]
+    rows = [place.as_list() for place in places if place.names or any(place.text)]
     made["search-index.js"] = f"const PLACES = {json.dumps(rows, ensure_ascii=False)};\n".encode()
     copied = files.copied | {file.name: file for file in ASSETS.iterdir()}
     return made | {name: _bytes_of(file) for name, file in copied.items()}

@@ -18,7 +18,7 @@ const wordsIn = (text) => text.match(/[\p{L}\p{N}]+/gu) || [];
 function stem(word) {
   let short = folded(word).replace(/([aou])e/g, "$1");
   const left = (ending) => short.length - ending.length - ending.startsWith("ion");
-  for (let next; (next = ENDINGS.find((ending) => short.endsWith(ending) && left(ending) >= 4)); ) short = short.slice(0, -next.length);
+  for (let next; (next = ENDINGS.find((ending) => short.endsWith(ending) && left(ending) >= 4 && !(ending === "s" && short.endsWith("ss")))); ) short = short.slice(0, -next.length);
   return short;
 }
 
@@ -69,8 +69,9 @@ function spelt(word) {
 function named(names, word) {
   const sought = joined(word);
   let best = 0;
-  for (const { whole, parts } of names) {
-    if (whole === sought) return 60;
+  for (const { plain, whole, parts } of names) {
+    if (plain === word) return 70;
+    if (whole === sought) best = 60;
     const share = Math.min(whole.length, sought.length) / Math.max(whole.length, sought.length);
     if (sought.length >= 4 && whole.startsWith(sought)) best = Math.max(best, 12 + 20 * share);
     else if (whole.length >= 4 && sought.endsWith(whole)) best = Math.max(best, 14 + 24 * share);
@@ -82,7 +83,7 @@ function named(names, word) {
 
 // A word counts where it begins a word: most in a heading, less in a page's title, least in the text, where more of it adds little.
 // A page has the words of all its sections, so that its own words decide where a query has several.
-function scored(place, words, phrase) {
+function scored(place, words, typed) {
   const [page, heading, , text] = place.folded;
   const lists = LISTS.has(place[2].split("#")[0]);
   let score = 0;
@@ -97,18 +98,18 @@ function scored(place, words, phrase) {
   }
   if (words.length > 1) {
     const stems = words.flatMap(wordsIn).map(stem);
-    if (`${heading} ${text}`.includes(phrase)) score += 12;
+    if (`${heading} ${text}`.includes(words.join(" "))) score += 12;
     const several = place.names.filter(({ parts }) => parts.length > 1 && parts.every((part) => stems.includes(part)));
     score += 30 * Math.max(0, ...several.map(({ parts }) => parts.length));
-    const all = joined(words.join(""));
-    if (place.names.some(({ whole, parts }) => whole === all || (parts.length > 1 && parts.join() === stems.join()))) [met, score] = [words.length, score + 100];
   }
+  const phrases = [joined(typed), joined(words.join(""))];
+  if (/\s/.test(typed) && place.names.some(({ whole }) => phrases.includes(whole))) [met, score] = [words.length, score + 100];
   return { place, met, score };
 }
 
 // Places from the best on: those that have the most of the words.
-function ranked(words) {
-  const found = words.length ? PLACES.map((place) => scored(place, words, words.join(" "))) : [];
+function ranked(words, typed) {
+  const found = words.length ? PLACES.map((place) => scored(place, words, typed)) : [];
   const most = Math.max(0, ...found.map((one) => one.met));
   return found.filter((one) => one.met && one.met === most && one.score > 0).sort((one, other) => other.score - one.score);
 }
@@ -150,7 +151,7 @@ function item({ place }, words) {
 function show(query) {
   const typed = wordsOf(query);
   const words = typed.map(spelt);
-  const best = ranked(words);
+  const best = ranked(words, query.trim());
   const most = best.length ? best[0].met : 0;
   const shown = best.slice(0, SHOWN);
   const less = most && most < words.length ? " No place has all of these words." : "";
@@ -165,7 +166,7 @@ const VOCABULARY = new Map();
 for (const place of PLACES) {
   place.folded = place.slice(0, 4).map(folded);
   const texts = (place[4] || "").split("|").filter(Boolean);
-  place.names = texts.map((text) => ({ text, whole: joined(text), parts: wordsIn(text).map(stem) }));
+  place.names = texts.map((text) => ({ text, plain: folded(text), whole: joined(text), parts: wordsIn(text).map(stem) }));
   for (const word of wordsIn(place.folded.join(" "))) if (!VOCABULARY.has(word)) VOCABULARY.set(word, [0, stem(word)]);
 }
 for (const place of PLACES.filter((one) => one[4])) {
