@@ -97,7 +97,7 @@ def test_the_words_of_the_shop_lead_to_the_page_that_answers(shown: Browsing) ->
 
 def test_a_misspelt_word_leads_where_the_word_does(shown: Browsing) -> None:
     """One letter lost, two letters swapped, one letter wrong, each in the middle of the word."""
-    wanted = {}
+    wanted = dict[str, str]()
     for page, queries in SOUGHT.items():
         for word in (one for one in queries if one.isalpha() and len(one) >= 7):
             at = len(word) // 2

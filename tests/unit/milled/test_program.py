@@ -131,8 +131,9 @@ def test_what_could_set_a_wrong_number_is_refused(
 def test_a_longer_tool_that_the_program_subtracts_cuts_deeper(tmp_path: Path) -> None:
     """G44: the control subtracts H, so that the face of a tool entered 10 µm longer lies 10 µm lower."""
     effects = {}
-    for code in ("G43", "G44"):
-        part = found(tmp_path, features=only("floor"), change=lambda text, code=code: text.replace("G43", code))
+    changes: dict[str, Callable[[str], str]] = {"G43": str, "G44": lambda text: text.replace("G43", "G44")}
+    for code, change in changes.items():
+        part = found(tmp_path, features=only("floor"), change=change)
         (floor,) = part.features.values()
         places, _ = places_of((ObservedSize("floor, z", (floor,), (None,), np.ones(1), -15.0),), "plate", 0)
         (effects[code],) = 0.010 * Entry("length", str(floor.tool)).basis(places)
