@@ -193,8 +193,17 @@ def test_a_pattern_whose_holes_are_displaced_differently_is_refused(tmp_path: Pa
 
 
 def test_a_call_at_a_place_is_displaced_by_its_own_words(tmp_path: Path) -> None:
-    written = lines(tmp_path, AT_A_PLACE, SHIFT, "heidenhain")
-    assert "6 CYCL CALL POS X+40.1000 Y+20.2000 Z-2.5500 FMAX" in written
+    across = affine_field(np.eye(3), (0.1, 0.2, 0.0))
+    assert "6 CYCL CALL POS X+40.1000 Y+20.2000 Z-2.5 FMAX" in lines(tmp_path, AT_A_PLACE, across, "heidenhain")
+
+
+def test_a_call_at_a_height_is_not_displaced_by_its_own_word_and_by_the_cycle_s(tmp_path: Path) -> None:
+    """Z of the place adds to Q203: both displaced by 50 µm would take the hole 100 µm down."""
+    with pytest.raises(
+        TrueloopError, match=r"Z -0\.6000 mm in place of X 40\.1000 Y 20\.2000 Z 47\.4500 mm"
+    ) as refused:
+        lines(tmp_path, AT_A_PLACE, SHIFT, "heidenhain")
+    assert (refused.value.code, refused.value.place.line) == (Code.NC_MAP, 12)
 
 
 def test_heights_that_count_from_where_the_tool_stands_follow_it(tmp_path: Path) -> None:

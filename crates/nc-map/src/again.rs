@@ -3,7 +3,8 @@
 
 use std::ops::Range;
 
-use nc_program::{place_read, Options, Program, Session, TooLarge, ToolPath};
+use nc_program::dialect::G;
+use nc_program::{place_read, Options, Program, Session, TooLarge, ToolPath, Word};
 
 use crate::edits::Edits;
 use crate::field::Vector;
@@ -73,6 +74,12 @@ impl Again {
     }
 }
 
+/// Whether a program reads where the tool stands, or calls a cycle at a place whose height adds to that of the cycle.
+pub(crate) fn is_doubtful(program: &Program) -> bool {
+    let at_place = |word: &Word| program.code(word) == Some(G::CallCycleAt);
+    place_read(program).is_some() || program.words().iter().any(at_place)
+}
+
 fn is_open(open: &[Range<usize>], line: usize) -> bool {
     open.iter().any(|lines| lines.contains(&line))
 }
@@ -89,7 +96,10 @@ fn elsewhere(meant: &Meant, index: usize, end: Vector, found: Option<Vector>) ->
     let goes = found.map_or("the written program does not come to".to_owned(), |found| {
         format!("the written program ends this move at {} in place of", point(found))
     });
-    let key = place_read(program).unwrap_or_default();
+    let Some(key) = place_read(program) else {
+        let message = format!("{goes} {}", point(end));
+        return Refused::block(at, message, "write the place as a move, and call the cycle there by M99");
+    };
     let message = format!("{goes} {}: {key} is where the tool stands, which is displaced already", point(end));
     let hint = format!("write the position in place of {key}, as a number or as a parameter set to numbers");
     Refused::block(at, message, &hint)

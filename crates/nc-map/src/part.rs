@@ -4,9 +4,9 @@ use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
 
 use nc_program::dialect::{FlowStyle, Letters};
-use nc_program::{place_read, Drilled, MoveKind, Program, ToolPath};
+use nc_program::{Drilled, MoveKind, Program, ToolPath};
 
-use crate::again::Meant;
+use crate::again::{is_doubtful, Meant};
 use crate::edits::{BlockNumbers, Edits};
 use crate::field::{Field, Trouble, Vector, FROM_ELSEWHERE, FROM_REFERENCE};
 use crate::geometry::Geometry;
@@ -145,7 +145,7 @@ impl Writing {
         } else {
             self.again = None;
         }
-        if let Some(again) = self.again.as_mut().filter(|_| place_read(program).is_some()) {
+        if let Some(again) = self.again.as_mut().filter(|_| is_doubtful(program)) {
             let rounding_mm = steps[0].unit.max(25.4 * steps[1].unit) + SAME_MM;
             let meant = Meant { program, path, ends: &ends, edits, rounding_mm };
             self.refusals.keep(again.require(&written, &meant))?;
