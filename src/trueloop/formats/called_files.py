@@ -96,7 +96,7 @@ def of_folder(file: Path, dialect: str, source: bytes | None = None) -> WithCall
     _, behind = _without_last_mark(source, style)
     files = tuple(file.parent / name for name, _ in called)
     begins = (line + _lines_before(path, style) for path, (_, line) in zip(files, called, strict=True))
-    return WithCalled(file, text, style, files, tuple(begins), behind)
+    return WithCalled(file, text, style, called=files, begins=tuple(begins), behind=behind)
 
 
 def _as_read(file: Path, style: str) -> tuple[bool, bool]:

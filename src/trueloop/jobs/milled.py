@@ -90,7 +90,8 @@ class MilledJob:
             unit, scale = "deg", math.degrees(1.0)
         elif register == "radius" and of in self.cut.diameters:
             holds, scale = "diameter", 2.0 * scale
-        return EnteredValue(name, holds, entry.change * scale, entry.total * scale, entry.standard_u * scale, unit)
+        change, total, u = (value * scale for value in (entry.change, entry.total, entry.standard_u))
+        return EnteredValue(name, holds, change=change, total=total, standard_u=u, unit=unit)
 
 
 def read_milled(path: Path) -> MilledJob:
