@@ -384,7 +384,7 @@ def test_wear_does_not_last_at_a_control_whose_programs_set_the_offset() -> None
     inputs = read_job(Path(__file__).parents[2] / "examples/modbas2/job.toml").inputs
     record = compensate(replace(inputs, options=replace(inputs.options, by="offset"))).record
     assert in_force(record, Ran.OFFSETS, inputs.program, None).cut_with.ran is Ran.OFFSETS
-    with pytest.raises(TrueloopError, match=r"CMP-CUT-WITH.*no program 'wear'"):
+    with pytest.raises(TrueloopError, match=r"CMP-CUT-WITH.*by \"offsets\", not by 'wear'"):
         in_force(record, Ran.WEAR, inputs.program, None)
 
 
