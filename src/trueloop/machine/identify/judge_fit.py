@@ -326,7 +326,7 @@ def _by_improbability(judged: Judged, readings: Observations) -> list[tuple[Cont
             chance = BY_CHANCE / (1 if told else len(held))
             limit = _by_chance(left.readings, found.degrees_of_freedom, chance) if told or worse else CONTRADICTS
             wrong = chi2 > (limit if stated else DIFFERS) * scatter2 and (worse or not np.isnan(gain))
-            if stated and left.others_chi2 is not None and not np.isnan(gain):  # the wrong run may be half of all readings, and make the scatter
+            if stated and left.others_chi2 is not None and not np.isnan(gain):  # the run may make the scatter
                 limit = _by_chance(left.readings, left.others_freedom, BY_CHANCE / len(held))
                 wrong |= chi2 > max(limit, CONTRADICTS) * max(left.others_chi2, 1.0)
             u = _stated_u(readings, run.run, unit)
