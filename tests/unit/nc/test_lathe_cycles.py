@@ -170,9 +170,12 @@ def test_the_second_reference_point_is_the_machine_s() -> None:
 
 
 def test_a_contour_with_a_cycle_in_it_is_refused() -> None:
-    with pytest.raises(TrueloopError, match="the contour of this cycle has a cycle with a contour in it") as refused:
-        run("N10 G0 X20.\nG71 U2. R1.\nG71 P10 Q20\nN20 X30.\nG70 P10 Q20")
-    assert refused.value.code is Code.NC_FLOW
+    for first in ("N10 G0 X20.\nG71 U2. R1.", "N10 G71 U2. R1."):  # the number alone, also at the cycle itself
+        with pytest.raises(
+            TrueloopError, match="the contour of this cycle has a cycle with a contour in it"
+        ) as refused:
+            run(f"{first}\nG71 P10 Q20\nN20 X30.\nG70 P10 Q20")
+        assert refused.value.code is Code.NC_FLOW
 
 
 def test_of_a_number_that_is_there_twice_the_contour_without_a_cycle_counts() -> None:

@@ -319,7 +319,7 @@ impl Runner<'_> {
         // A number that is there twice: a contour with a cycle in it is none, and is not the one that is meant.
         while let Some(cycle) = (first..=last).find(|block| self.program.words_of(*block).iter().any(cycles)) {
             let next = self.labels().block(request.get(b'P').unwrap_or(f64::NAN).round() as u32, cycle);
-            let Some((next, _)) = next.filter(|(next, _)| (cycle..=last).contains(next)) else { break };
+            let Some((next, _)) = next.filter(|(next, _)| (cycle + 1..=last).contains(next)) else { break };
             first = next;
         }
         if last < first {
