@@ -22,7 +22,7 @@ from trueloop.jobs.factory.hand_job import AskedPart
 from trueloop.jobs.monitor.certificate import certificate_of
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job
-from trueloop.jobs.turned.new import Wanted, new_job
+from trueloop.jobs.turned.new import Wanted, gauge_sheet_of, new_job
 from trueloop.server.settings import Limits, Settings
 from trueloop.storage.factory_tables import UPLOAD
 from trueloop.storage.store import find, open_store
@@ -397,3 +397,17 @@ def test_tolerances_as_the_drawing_has_them_make_a_certificate(service: Running)
     assert limits["cylinder-2"] == pytest.approx((35.984, 36.0)) and limits["face-1 length"] == pytest.approx(
         (80.0, 80.1)
     )
+
+
+def test_a_tolerance_is_in_the_unit_of_the_program(tmp_path: Path) -> None:
+    """±0.001 in of 1.5 in on the diameter is 38.1 ± 0.0254 mm; h6 of 25.4 mm is 13 µm in any unit [ISO 286]."""
+    program = "G20 G40 G99\nT0101\nG0 X0.9 Z0.1\nG42 G1 X1. F0.004\nZ-1.\nX1.5\nZ-2.\nG40 G0 X2. Z0.2\nM30\n"
+    (tmp_path / "finish.nc").write_text(f"%\nO1\n{program}%\n")
+    stated = {"cylinder-1": "±0.001", "cylinder-2": "h6"}
+    made = new_job(
+        Wanted(tmp_path / "finish.nc", 0.4, "pin", tmp_path / "pin", dialect="fanuc-lathe", tolerances=stated)
+    )
+    sizes = gauge_sheet_of(made.files[0]).planned
+    limits = {one.feature: (one.nominal, one.lower_limit, one.upper_limit) for one in sizes if one.name.endswith(" a")}
+    assert limits["cylinder-1"] == pytest.approx((38.1, 38.0746, 38.1254))
+    assert limits["cylinder-2"] == pytest.approx((25.4, 25.387, 25.4))

@@ -336,7 +336,7 @@ def require_machine(by: By, machine: str) -> None:
     """Raises FAC-MACHINE where a cell speaks of another machine than its own."""
     if by.role is Role.CELL and by.machine != machine:
         raise Code.FAC_MACHINE.refusal(
-            f"the key of machine {by.machine!r} is no key of machine {machine!r}",
+            f"the key is that of machine {by.machine!r}, the request is for machine {machine!r}",
             hint="use the key that was made for that machine: trueloop key add",
             values={"machine": machine, "key_of": by.machine},
         )

@@ -125,7 +125,7 @@ class SerialTable(LinkTable):
     silence_s: Positive = 60.0
     """How long the control may hold the line or say nothing."""
     await_xon: Annotated[bool, Field(strict=True)] = True
-    """Of xon-xoff: the control sends XON when it begins to read; before that nothing is sent."""
+    """With xon-xoff: sending starts when the control sends XON."""
 
 
 AnyLink: TypeAlias = FolderTable | LinuxCncTable | FtpTable | FocasTable | SerialTable

@@ -343,6 +343,15 @@ impl Runner<'_> {
         self.state.modal.mm() * if self.state.modal.inch { self.program.dialect().rules.inch_feed } else { 1.0 }
     }
 
+    /// The cycle defined last as it is run at places: one that begins at none of its own.
+    pub(crate) fn hole_at_places(&self, number: u16, drill: Drill) -> Made<CalledHole> {
+        let hole = self.defined_hole(number, drill)?;
+        if hole.is_relative() || hole.centre().is_some() {
+            return Err("the cycle defined last begins where the tool stands, or at a centre of its own".to_owned());
+        }
+        Ok(hole)
+    }
+
     /// By the Q parameters of a cycle that CYCL DEF defines.
     pub(crate) fn defined_hole(&self, number: u16, drill: Drill) -> Made<CalledHole> {
         if self.scales_depth(self.state.modal.plane.axes().2) {

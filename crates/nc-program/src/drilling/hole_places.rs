@@ -223,12 +223,8 @@ impl Runner<'_> {
         if !AXES.iter().all(|letter| request.get(*letter).is_some()) || request.reference(letter) == Some(true) {
             return self.not_followed(word, "X, Y and Z are not all given, that along the tool as a position");
         }
-        let mut hole = match self.defined_hole(number, drill) {
-            Ok(hole) if !hole.is_relative() && hole.centre().is_none() => hole,
-            Ok(_) => {
-                let why = "the cycle defined last begins where the tool stands, or at a centre of its own";
-                return self.not_followed(word, why);
-            }
+        let mut hole = match self.hole_at_places(number, drill) {
+            Ok(hole) => hole,
             Err(why) => return self.not_followed(word, &why),
         };
         let (target, mut words) = self.target(request, false);

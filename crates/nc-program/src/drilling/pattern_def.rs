@@ -76,7 +76,7 @@ impl Element {
                     step.or_else(|_| self.get("END").map(|end| (end - start) / count.saturating_sub(1).max(1) as f64))?;
                 Ok((0..count).map(|index| around(first, radius, start + index as f64 * step)).collect())
             }
-            other => Err(format!("{other} is no pattern that is followed")),
+            other => Err(format!("the pattern {other} is not followed")),
         }
     }
 }
@@ -152,12 +152,8 @@ impl Runner<'_> {
         };
         let stood = self.state.position[third];
         for place in places {
-            let mut hole = match self.defined_hole(number, drill) {
-                Ok(hole) if !hole.is_relative() && hole.centre().is_none() => hole,
-                Ok(_) => {
-                    let why = "the cycle defined last begins where the tool stands, or at a centre of its own";
-                    return self.not_followed(word, why);
-                }
+            let mut hole = match self.hole_at_places(number, drill) {
+                Ok(hole) => hole,
                 Err(why) => return self.not_followed(word, &why),
             };
             if place.higher != 0.0 {

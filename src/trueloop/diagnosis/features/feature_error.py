@@ -248,7 +248,7 @@ class Form:
 
     @property
     def degrees_of_freedom(self) -> int | None:
-        """Of all uncertainties; None: they are as known as what the device states."""
+        """Returns the degrees of freedom of all uncertainties; None: those of the stated uncertainty of the device."""
         return self.line_freedom if self.line_freedom is not None else self.points.degrees_of_freedom
 
     @property

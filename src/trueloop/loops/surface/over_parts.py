@@ -26,7 +26,9 @@ BEYOND_DOUBT: Final = 1e-6
 FAR: Final = 3.0
 """So many times as far from the others as these are, too: a probability alone trusts the law of the scatter."""
 LEAST_LEFT: Final = 4
-"""Of at most so many parts none is left out: beside three others 0.5 % of sound parts would be, beside four 0.05 %."""
+"""The largest number of parts of which none is left out: with three others 0.5 % of sound parts would be, with four
+0.05 %.
+"""
 
 
 @dataclass(frozen=True)

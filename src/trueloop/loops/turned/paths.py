@@ -359,7 +359,7 @@ def _above_mm(points: Array, pieces: Sequence[CentrePiece]) -> Array:
 def _moved(program: Program) -> TrueloopError:
     cycle = roughing_cycles(program)[0]
     return Code.NC_EDIT.refusal(
-        "roughing shall stay where it is, and its passes hang on blocks of the contour that the finishing cycle cuts",
+        "roughing is to stay where it is, and its passes follow from blocks of the finishing cycle's contour",
         hint='write the contour between P and Q without calls, or have `programs.roughing = "moves"`',
         place=program.place(cycle.block.start),
     )

@@ -37,7 +37,7 @@ class What(StrEnum):
 @dataclass(frozen=True)
 class LeftOut:
     """A touch that all others contradict: its place in the order given, its name, and by how many standard
-    deviations it differs from what the others say of it, positive = more material.
+    deviations it differs from the prediction by the others, positive = more material.
     """
 
     index: int
@@ -154,7 +154,7 @@ def of_memory(gain: float) -> str:
 def of_left_out(touch: LeftOut) -> str:
     """Describes a touch that the others contradict."""
     return wording(
-        "touch {point} was left out: it differs by {z} standard deviations from what all others say of it",
+        "touch {point} was left out: it differs by {z} standard deviations from the prediction by all others",
         point=touch.point,
         z=Signed(touch.deviations, 1),
     )

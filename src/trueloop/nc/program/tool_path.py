@@ -157,7 +157,7 @@ class ToolPath:
     Sinumerik's T3 D2 3002. 0 for none, −1 where the block gave the offset itself.
     """
     tool_offset_subtracted = _of_state("tool_offset_subtracted")
-    """Whether the control subtracts the tool offset in force: G44."""
+    """True where the control subtracts the tool offset in force (G44)."""
     compensation = _of_state("compensation")
     """The cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
     radius_offset = _of_state("radius_offset")

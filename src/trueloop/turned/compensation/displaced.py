@@ -128,7 +128,7 @@ def _of(displacement: Displacement, at: Array) -> Array:
 
 
 NO_GAIN: Final = 1e-6
-"""Of the sum of a reading's weights: an offset changes the reading by less than this share."""
+"""The share of a reading's weights below which an offset does not change the reading."""
 EXPANDED: Final = 2.0
 """A deviation of so many standard uncertainties is none by chance."""
 REACHED: Final = 0.25
