@@ -30,7 +30,7 @@ def characteristic_table(judged: Sequence[Judged], say: Texts = ENGLISH) -> str:
     if not judged:
         return "<p class='note' id='no-characteristics'>" + say(
             "The job states no tolerances: name them in tables <code>[[part.characteristic]]</code>, and this page "
-            "says of each whether it is in or out (docs/report.md)."
+            "states whether each is in or out (docs/report.md)."
         ) + "</p>"  # fmt: skip
     headings = (
         say("characteristic"), say("nominal"), say("limits"), say("measured"), say("before"),
