@@ -20,16 +20,7 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Judgement
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import Key, State
-from trueloop.milled.entry import (
-    PARTS_FOR_SIZES,
-    PLAINEST,
-    SHOWS,
-    Contradictory,
-    Entered,
-    Entry,
-    Part,
-    require_as_stated,
-)
+from trueloop.milled.entry import PARTS_FOR_SIZES, PLAINEST, SHOWS, Contradictory, Entered, Entry, Part, odd_on_parts
 from trueloop.milled.observed import LASTING, ObservedSize, milled_catalogue, odd_features, places_of
 from trueloop.statistics import rms
 from trueloop.tolerances.conformance import judge
@@ -99,8 +90,9 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     catalogue, shown = milled_catalogue(), _together(parts)
     contradictory = [part.contradictory() for part in parts]
     parts = [part.without({one.name for one in own}) for part, own in zip(parts, contradictory, strict=True)]
+    last, odd = parts[-1], odd_on_parts(parts, possible)
+    parts = [part.without((), names) for part, names in zip(parts, odd, strict=True)]
     readings = Counter(one.name for part in parts for one in part.shown)
-    require_as_stated(parts, possible)
     values = [part.as_first_set() for part in parts]
     sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
     state, scales = State.before(catalogue, sizes), dict[Key, float]()
@@ -108,9 +100,8 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         updated = state.given(one)
         scales = {key: scale for key, scale in scales.items() if key[0] in LASTING} | dict(updated.scales)
         state = updated.state.without_parts()
-    last = parts[-1]
     places, functional = places_of(tuple(shown.values()), part_type, int(last.observed.places.number("part")[0]) + 1)
-    unlike = odd_features(scales)
+    unlike = {**odd_features(scales), **odd[-1]}
     alike = [
         readings[one.name] > 0 and all(feature.name not in unlike for feature in one.features) for one in shown.values()
     ]

@@ -103,9 +103,13 @@ class Part:
                 found.append(Contradictory(self.shown[low].name, self.serial, len(rows), limits_mm))
         return tuple(found)
 
-    def without(self, names: Collection[str]) -> "Part":
-        """Returns the part without the readings of some sizes and coordinates."""
-        rows = [k for k, one in enumerate(self.shown) if one.name not in names]
+    def without(self, sizes: Collection[str], features: Collection[str] = ()) -> "Part":
+        """Returns the part without the readings of some sizes and coordinates, and of some features."""
+        rows = [
+            k
+            for k, one in enumerate(self.shown)
+            if one.name not in sizes and all(feature.name not in features for feature in one.features)
+        ]
         own = self.observed
         observed = replace(
             own, value_mm=own.value_mm[rows], standard_u_mm=own.standard_u_mm[rows], functional=own.matrix[rows]
@@ -162,11 +166,13 @@ class _Seen:
     rows: NDArray[np.bool_]
 
 
-def require_as_stated(parts: Sequence[Part], possible: Sequence[Entry]) -> None:
-    """Raises MIL-CONTRADICTED for the first part that lies off what the parts before it and its stated entries predict,
-    as an entry would move it: what was in force was something else.
+def odd_on_parts(parts: Sequence[Part], possible: Sequence[Entry]) -> list[dict[str, None]]:
+    """Returns the features of each part that are off by themselves, as by a chip, from what parts before it predict.
+
+    The first part has none. Raises MIL-CONTRADICTED for the first part that lies off what the parts before it and its
+    stated entries predict, as an entry would move it: what was in force was something else.
     """
-    values = [part.as_first_set() for part in parts]
+    values, found_odd = [part.as_first_set() for part in parts], [dict[str, None]()]
     for k in range(1, len(parts)):
         state = State.before(milled_catalogue(), _sizes_before(parts[:k]))
         for one in values[:k]:
@@ -178,23 +184,44 @@ def require_as_stated(parts: Sequence[Part], possible: Sequence[Entry]) -> None:
             if (seen := _seen(part, updated, slip.moved)) is not None
             and (2.0 * seen.share - 1.0) > SLIPPED * seen.u**2
             and abs(seen.share - 1.0) < FITS + 3.0 * seen.u
+            and not _of_one_feature(part, updated, seen, 1.0)
         ]
         if found:
             raise _contradicted(part, _likeliest(found, updated))
         for entry in possible:
             own = _seen(part, updated, {entry: 1.0})
-            if own is not None and own.features > 1 and own.share**2 > CONTRADICTED * own.u**2:
+            far = own is not None and own.features > 1 and own.share**2 > CONTRADICTED * own.u**2
+            if own is not None and far and not _of_one_feature(part, updated, own, own.share):
                 raise _contradicted(part, [(_Slip({entry: 1.0}, ""), own)])
+        found_odd.append(odd_features(updated.scales))
+    return found_odd
 
 
 def _likeliest(found: Sequence[tuple[_Slip, _Seen]], updated: Updated) -> list[tuple[_Slip, _Seen]]:
     """Returns the slips that explain a part about equally well, the likeliest first, by all readings that show any."""
-    rows = np.flatnonzero(np.any([seen.rows for _, seen in found], axis=0))
-    off, covariance = updated.innovation.mean_mm[rows], updated.innovation.covariance_mm2[np.ix_(rows, rows)]
-    left = [off - seen.displaced[rows] for _, seen in found]
-    chi2 = [float(one @ np.linalg.solve(covariance, one)) for one in left]
+    rows = np.any([seen.rows for _, seen in found], axis=0)
+    chi2 = [_chi2(updated, rows, seen.displaced) for _, seen in found]
     order = sorted(range(len(found)), key=chi2.__getitem__)
     return [found[k] for k in order if chi2[k] < chi2[order[0]] + AS_WELL][:MOST_NAMED]
+
+
+def _of_one_feature(part: Part, updated: Updated, seen: _Seen, share: float) -> bool:
+    """Returns whether one feature that is off by itself, by a chip, explains readings better than a share of a
+    displacement of all features that show it.
+    """
+    if seen.features == 1:
+        return False
+    of = [{feature.name for feature in one.features} for one in part.shown]
+    names = set().union(*(own for own, shown in zip(of, seen.rows, strict=True) if shown))
+    without = [seen.rows & np.array([name not in own for own in of]) for name in names]
+    nothing = np.zeros(len(of))
+    return min(_chi2(updated, rows, nothing) for rows in without) < _chi2(updated, seen.rows, share * seen.displaced)
+
+
+def _chi2(updated: Updated, rows: NDArray[np.bool_], displaced: Array) -> float:
+    """Returns χ² of what a displacement leaves of the chosen readings."""
+    left = updated.innovation.mean_mm[rows] - displaced[rows]
+    return float(left @ np.linalg.solve(updated.innovation.covariance_mm2[np.ix_(rows, rows)], left))
 
 
 def _sizes_before(parts: Sequence[Part]) -> Mapping[str, float]:

@@ -310,6 +310,31 @@ def test_a_chip_in_a_bore_is_named_and_does_not_move_the_tool() -> None:
     assert abs(found.proposed[0].change - clean.proposed[0].change) <= 1e-3
 
 
+@pytest.mark.parametrize("parts", [1, 3])
+@pytest.mark.parametrize("chip", [-0.04, -0.08, 0.08])
+def test_a_chip_on_the_first_of_two_after_good_parts_is_no_slip(chip: float, parts: int) -> None:
+    """Tool 1 was entered 12 µm larger and leaves two bosses, of which S0 reads a chip: the mean of both is off by half
+    of that, −40 µm as if its radius had not been entered, −80 as if it had the other sign.
+    """
+    seen_on = {"B0", "B3", *BOSSES, "top", "step"}
+    mill = Mill({1: 0.012, 2: -0.02}, zero=(0.03, -0.02, 0.0), turn=3e-4, scatter=1e-3, clamped=1e-3)
+    rng, stated, made = np.random.default_rng(3), dict[Entry, float](), list[Part]()
+    for k in range(parts + 1):
+        readings = [one for one in mill.measured(rng, NOISE_MM) if one.feature in seen_on]
+        spoiled = [
+            replace(one, actual=one.actual + chip * (k == parts and one.characteristic == "S0.d")) for one in readings
+        ]
+        made.append(as_part(spoiled, k, stated))
+        found = propose("plate", made, POSSIBLE)
+        for one in found.proposed:
+            stated[one.entry] = mill.entered[at_control(one.entry)] = one.total
+    assert found.unlike == ("S0",) and Entry("radius", "1") in made[-1].in_force
+    assert all(abs(one.change) <= 2e-3 for one in found.proposed if one.entry.register != "turn")
+    [boss] = [one for one in found.expected if one.seen.name == "S0, diameter"]
+    assert boss.measured_mm is not None and abs(boss.measured_mm - chip) < 4e-3
+    assert abs(boss.changed.value - boss.seen.nominal_mm) < 4e-3
+
+
 def test_a_number_that_one_reading_shows_is_told() -> None:
     """The floor is the only face of tool 2, with a chip of 80 µm on it: one part gives the note, two parts do not."""
     mill = Mill(scatter=5e-4)
