@@ -207,9 +207,11 @@ def _notes(job: "MilledJob", proposal: "Proposal") -> list[str]:
     ]
     for each in proposal.contradictory:
         low, high = (f"{UM_PER_MM * value:+.1f}" for value in each.between_mm)
+        counted = "" if len(each.names) == 1 else f" as {each.names[0]}"
         notes.append(
-            f"{each.name}: {each.readings} readings on part {each.serial!r}, {low} to {high} µm, contradict each "
-            "other; they have no part in these numbers, measure it again"
+            " and ".join(each.names)
+            + f": {each.readings} readings on part {each.serial!r}, {low} to {high} µm{counted}, contradict "
+            "each other; they have no part in these numbers, measure it again"
         )
     notes += [
         f"{entry.words}: only {name} shows it, read once; a chip there would be entered too: measure it a second time"
@@ -261,7 +263,7 @@ def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
         "unlike": list(proposal.unlike),
         "contradictory": [
             {
-                "name": one.name,
+                "names": list(one.names),
                 "part": one.serial,
                 "readings": one.readings,
                 "between_um": [UM_PER_MM * value for value in one.between_mm],

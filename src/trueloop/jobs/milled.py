@@ -13,6 +13,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, index_of_name
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, in_file
+from trueloop.estimate.places import together
 from trueloop.formats.input_file import read_input
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import StatedFacts
@@ -22,7 +23,7 @@ from trueloop.jobs.user import user_name
 from trueloop.milled.entries import Proposal, ProposedEntry, propose
 from trueloop.milled.entry import PLAINEST, Entered, Entry, Part, Register
 from trueloop.milled.feature import MilledFeature
-from trueloop.milled.observed import Frame, observed_of, seen
+from trueloop.milled.observed import Frame, by_depth, observed_of, seen
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 RECORD: Final = "entries.json"
@@ -125,12 +126,18 @@ def read_milled(path: Path) -> MilledJob:
         file = path.parent / table.file
         files += [file, *records, *([] if table.mapping is None else [path.parent / table.mapping])]
         for serial, readings in _by_part(_inspections(path, table)):
+            before = (
+                parts[-1] if parts and serial and (parts[-1].serial, parts[-1].in_force) == (serial, in_force) else None
+            )
+            number = len(parts) if before is None else len(parts) - 1
             with in_file(file):
-                part, without = _part(
-                    job, cut.features, frame, (serial or str(len(parts) + 1), readings), in_force, len(parts)
-                )
+                part, without = _part(job, cut.features, frame, (serial or str(number + 1), readings), in_force, number)
             unused.update(dict.fromkeys(without))
-            parts.append(part)
+            if before is None:
+                parts.append(part)
+            else:  # two devices
+                shown, observed = (*before.shown, *part.shown), together([before.observed, part.observed])
+                parts[-1] = replace(before, shown=by_depth(shown), observed=observed)
     return MilledJob(
         name=job.name,
         parts=tuple(parts),
@@ -275,7 +282,7 @@ def _part(
                 override="a larger `limits.deviation_um` in the job",
                 values={"name": what.name, "deviation_um": off_um, "limit_um": job.limits.deviation_um},
             )
-    shown = tuple(what for _, what in used)
+    shown = by_depth([what for _, what in used])
     observed = observed_of(shown, [one for one, _ in used], (job.name, number), job.measuring_u_um / UM_PER_MM)
     return Part(serial, shown, observed, in_force), [one.characteristic for one, what in pairs if what is None]
 

@@ -89,7 +89,10 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     """
     catalogue, shown = milled_catalogue(), _together(parts)
     contradictory = [part.contradictory() for part in parts]
-    parts = [part.without({one.name for one in own}) for part, own in zip(parts, contradictory, strict=True)]
+    parts = [
+        part.without({name for one in own for name in one.names})
+        for part, own in zip(parts, contradictory, strict=True)
+    ]
     last, odd = parts[-1], odd_on_parts(parts, possible)
     parts = [part.without((), names) for part, names in zip(parts, odd, strict=True)]
     readings = Counter(one.name for part in parts for one in part.shown)

@@ -82,25 +82,30 @@ class Part:
 
     def contradictory(self) -> tuple["Contradictory", ...]:
         """Returns the sizes and coordinates that were read several times with values further apart than surfaces and
-        instrument explain.
+        instrument explain: a diameter and a radius of one feature are one size, and so are diameters at two depths.
         """
-        rows_of = dict[str, list[int]]()
+        rows_of = dict[tuple[object, ...], list[int]]()
+        length = np.array([float(np.linalg.norm(one.weights)) for one in self.shown])
         for k, one in enumerate(self.shown):
-            rows_of.setdefault(one.name, []).append(k)
+            alike = tuple(np.round(one.weights / length[k], 9).tolist())
+            rows_of.setdefault((*(feature.name for feature in one.features), alike), []).append(k)
         again = [rows for rows in rows_of.values() if len(rows) > 1]
         if not again:
             return ()
-        value = self.observed.value_mm
+        value = self.observed.value_mm / length
         state = State.before(milled_catalogue()).at(self.observed.places)
-        follows, noise = self.observed.of(state.design(self.observed.places)), state.noise_mm2(self.observed)
+        follows = self.observed.of(state.design(self.observed.places)) / length[:, None]
+        noise = state.noise_mm2(self.observed) / np.outer(length, length)
         found = list[Contradictory]()
         for rows in again:
             low, high = min(rows, key=value.__getitem__), max(rows, key=value.__getitem__)
             apart = follows[[high]] - follows[[low]]
             variance = state.covariance_of(apart)[0, 0] + noise[low, low] + noise[high, high] - 2.0 * noise[low, high]
             if (value[high] - value[low]) ** 2 > CONTRADICTED * variance:
-                limits_mm = (float(value[low]), float(value[high]))
-                found.append(Contradictory(self.shown[low].name, self.serial, len(rows), limits_mm))
+                counted = max(rows, key=length.__getitem__)
+                limits_mm = (float(value[low] * length[counted]), float(value[high] * length[counted]))
+                names = dict.fromkeys(self.shown[k].name for k in (counted, *rows))
+                found.append(Contradictory(tuple(names), self.serial, len(rows), limits_mm))
         return tuple(found)
 
     def without(self, sizes: Collection[str], features: Collection[str] = ()) -> "Part":
@@ -119,9 +124,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Contradictory:
-    """A size or coordinate that was read several times on a part: the lowest and the highest deviation, mm."""
+    """A size or coordinate that was read several times on a part: the lowest and the highest deviation, mm.
 
-    name: str
+    `names` are those of its readings; deviations of the others are counted as those of the first.
+    """
+
+    names: tuple[str, ...]
     serial: str
     readings: int
     between_mm: tuple[float, float]

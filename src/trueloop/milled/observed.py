@@ -12,7 +12,7 @@ The medians are from milling in general, chosen before any measured part was loo
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Final, TypeAlias
 
@@ -31,6 +31,8 @@ from trueloop.milled.feature import PAIRS, MilledFeature
 Features: TypeAlias = Mapping[str, MilledFeature]
 
 AXES: Final = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+SAME_DEPTH_MM: Final = 0.5
+"""Depths of a wall that differ by less are one."""
 DIFFERENT_MM: Final = 0.05
 """A nominal value of the file further from the job's is one of another feature, or of another revision."""
 
@@ -169,11 +171,26 @@ def _axis(feature: MilledFeature, other: MilledFeature | None, away: Array, read
 
 
 def _below_top(feature: MilledFeature, reading: Reading) -> float | None:
-    """Returns the depth at which a wall was read, where the file states a place within it."""
-    if feature.kind == "face" or len(reading.place_mm) != 3:
+    """Returns the depth at which a wall was read, where the file states a place within it, or its z alone."""
+    if feature.kind == "face" or len(reading.place_mm) not in (1, 3):
         return None
-    below = feature.place_mm[2] - reading.place_mm[2]
+    below = feature.place_mm[2] - reading.place_mm[-1]
     return below if 0.0 < below <= feature.depth_mm else None
+
+
+def by_depth(shown: Sequence[ObservedSize]) -> tuple[ObservedSize, ...]:
+    """Returns sizes and coordinates with their depth in the name where they were read at several of a feature."""
+    depths = dict[str, list[float]]()
+    for one in shown:
+        if one.below_top_mm[0] is not None:
+            depths.setdefault(one.name, []).append(one.below_top_mm[0])
+    several = {name for name, own in depths.items() if max(own) - min(own) > SAME_DEPTH_MM}
+    return tuple(
+        replace(one, name=f"{one.name} at {one.below_top_mm[0]:.1f} mm")
+        if one.name in several and one.below_top_mm[0] is not None
+        else one
+        for one in shown
+    )
 
 
 def places_of(shown: Sequence[ObservedSize], part_type: str, part: int) -> tuple[Places, Array]:

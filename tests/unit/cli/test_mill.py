@@ -216,6 +216,20 @@ def test_names_are_found_without_case_and_runs_of_one_part_are_one_part(tmp_path
     assert twice["parts"] == ["1"]
 
 
+def test_two_devices_that_measured_one_part_are_of_one_part(tmp_path: Path) -> None:
+    """A bore gauge's table beside the measuring machine's file: B0 60 µm larger by the gauge, and named."""
+    run("examples", "plate", "-o", tmp_path)
+    job = tmp_path / "plate" / "plate.toml"
+    (job.parent / "gauge.csv").write_text("feature,serial,diameter_mm\nB0,1,12.021\n")
+    text = job.read_text() + '\n[[measured]]\nfile = "gauge.csv"\nentered = []\n'
+    job.write_text(text)
+    printed = run("mill", "entries", job)
+    found = json.loads(run("mill", "entries", job, "--json"))
+    assert found["parts"] == ["1"]
+    assert "B0, diameter: 2 readings on part '1', -39.1 to +21.0 µm, contradict each other" in printed
+    assert "tool 2, radius (D22): add -0.020 mm" in printed
+
+
 def test_what_cuts_each_feature_is_printed_with_its_line(tmp_path: Path) -> None:
     run("examples", "plate", "-o", tmp_path)
     printed = run("mill", "entries", tmp_path / "plate" / "plate.toml")

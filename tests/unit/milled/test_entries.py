@@ -13,7 +13,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.milled.entries import Proposal, propose
 from trueloop.milled.entry import Entry, Part, Register
 from trueloop.milled.feature import MilledFeature
-from trueloop.milled.observed import Frame, ObservedSize, milled_catalogue, observed_of, places_of, seen
+from trueloop.milled.observed import Frame, ObservedSize, by_depth, milled_catalogue, observed_of, places_of, seen
 
 NOISE_MM = 5e-4
 BORE_LIKE = {
@@ -405,7 +405,7 @@ def test_a_size_read_twice_with_values_that_contradict_each_other_is_named_and_m
     again = {apart: replace(floor, actual=floor.actual + apart) for apart in (0.115, 0.002)}
     found = propose("plate", [as_part([*readings, again[0.115]], 0, {}, features=features)], possible)
     [named] = found.contradictory
-    assert (named.name, named.serial, named.readings) == ("floor, z", "0", 2)
+    assert (named.names, named.serial, named.readings) == (("floor, z",), "0", 2)
     assert named.between_mm == pytest.approx((floor.actual + 15.0, floor.actual + 15.115))
     [expected] = [one for one in found.expected if one.seen.name == "floor, z"]
     assert found.proposed == () and expected.measured_mm is None and expected.changed.verdict == "undecided"
@@ -451,9 +451,49 @@ def _shown(feature: MilledFeature, quantity: Quantity, axis: str) -> ObservedSiz
     return found
 
 
-def test_a_wall_read_at_a_depth_is_that_far_below_its_top() -> None:
+def test_a_diameter_and_a_radius_of_one_bore_are_compared() -> None:
+    """The gauge reads the diameter 8 µm large, the probe the radius 26 µm: 44 µm of the diameter apart."""
+    mill = Mill(radius={1: 0.0, 2: 0.004})
+    readings = mill.measured(np.random.default_rng(2), 1e-4)
+    for radius_mm, alike in ((6.026, False), (6.004, True)):
+        probed = Reading("probed", Quantity.RADIUS, radius_mm, 6.0, feature="B0")
+        found = propose("plate", [as_part([*readings, probed], 0, {})], POSSIBLE)
+        named = [(one.names, one.readings) for one in found.contradictory]
+        assert named == ([] if alike else [(("B0, diameter", "B0, radius"), 2)])
+        assert [(one.entry, round(one.change, 3)) for one in found.proposed] == [(Entry("radius", "2"), 0.004)]
+        if not alike:
+            assert found.contradictory[0].between_mm == pytest.approx((0.008, 0.052), abs=5e-4)
+
+
+@pytest.mark.parametrize("tip", [0.02, -0.03])
+def test_diameters_at_two_depths_show_a_lean_and_no_contradiction(tip: float) -> None:
+    """Tool 2 is 50 µm smaller, and its tip stays 20 µm away from the walls, half as far half way down: diameters at 5
+    and 15 mm of 20 are 110 and 130 µm small, so that 60 µm of the radius leave 10 µm at both.
+    """
+    mill = Mill(radius={1: 0.0, 2: -0.05}, bend=0.0, scatter=5e-4)
+    readings = list[Reading]()
+    for one in mill.measured(np.random.default_rng(3), NOISE_MM):
+        if one.quantity is not Quantity.DIAMETER or one.feature not in BORES:
+            readings.append(one)
+            continue
+        for depth in (5.0, 15.0):
+            actual = one.actual - 2.0 * tip * depth / 20.0
+            readings.append(replace(one, actual=actual, place_mm=(-depth,)))
+    part = as_part(readings, 0, {})
+    found = propose("plate", [replace(part, shown=by_depth(part.shown))], POSSIBLE)
+    assert found.contradictory == () and found.unlike == ()
+    [radius] = [one for one in found.proposed if one.entry == Entry("radius", "2")]
+    assert radius.change == pytest.approx(-0.05 - 0.5 * tip, abs=2e-3)
+    left = {one.seen.name: one.changed.value - one.seen.nominal_mm for one in found.expected}
+    for name in BORES:
+        assert left[f"{name}, diameter at 5.0 mm"] == pytest.approx(0.5 * tip, abs=4e-3)
+        assert left[f"{name}, diameter at 15.0 mm"] == pytest.approx(-0.5 * tip, abs=4e-3)
+
+
+@pytest.mark.parametrize("place_mm", [(20.0, 5.0, -1.0), (-1.0,)])
+def test_a_wall_read_at_a_depth_is_that_far_below_its_top(place_mm: tuple[float, ...]) -> None:
     """1 mm below the top of a slot 4 mm deep: a quarter of the way to the tool's tip, which leaves less there."""
-    reading = Reading("c", Quantity.LENGTH, 10.0, feature="A", place_mm=(20.0, 5.0, -1.0))
+    reading = Reading("c", Quantity.LENGTH, 10.0, feature="A", place_mm=place_mm)
     shown = seen({"A": of("A", "slot", (1.0, 0.0, 0.0))}, Frame(), reading)
     assert shown is not None
     places, _ = places_of([shown], "plate", 0)
