@@ -368,14 +368,36 @@ def test_a_nominal_of_the_file_that_is_not_the_contours_is_named_with_both(tmp_p
     assert "another nominal" not in run("measure", "read", tmp_path / "same" / "readings.csv", "--job", job)
 
 
+TABLE = "Characteristic,Feature,Quantity,Actual,Deviation,Unit"
+CALYPSO = ("planid", "partnb", "id", "idsymbol", "actual", "nominal", "uppertol", "lowertol", "deviation", "featureid")
+CALYPSO_ROW = ("shaft", "1", "seat-30", "diameter", "30.030", "", "", "", "{}0.030", "seat-30")
+
+
 @pytest.mark.parametrize("sign", ["", "-"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "feature,z_mm,diameter_mm,deviation\nseat-30,-20,30.030,{}0.030\n",
+        TABLE + "\nd,seat-30,diameter,30.030,{}0.030,mm\n",
+        "DIM d= LOCATION OF CYLINDER seat-30  UNITS=MM\nAX  MEAS  DEV\nD  30.030  {}0.030\nEND OF DIMENSION d\n",
+        "\n".join(("\t".join(CALYPSO), "\t".join(CALYPSO_ROW), "END", "")),
+    ],
+    ids=["gauge", "table", "PC-DMIS", "CALYPSO"],
+)
 def test_a_deviation_is_compared_with_the_profiles_nominal_where_the_file_states_none(
-    tmp_path: Path, sign: str
+    tmp_path: Path, text: str, sign: str
 ) -> None:
-    job = shaft_with(tmp_path, f"feature,z_mm,diameter_mm,deviation\nseat-30,-20,30.030,{sign}0.030\n")
-    read = run("measure", "read", tmp_path / "readings.csv", "--job", job)
+    mapping = tmp_path / "mapping.toml"
+    columns = "".join(f'{name.lower()} = "{name}"\n' for name in TABLE.split(","))
+    mapping.write_text(f'deviation = "actual - nominal"\n[columns]\n{columns}')
+    stated = 'readings_mapping = "mapping.toml"\n' if "Quantity" in text else ""
+    stated += 'readings_unit = "mm"\n' if "planid" in text else ""
+    job = shaft_with(tmp_path, text.format(sign), stated)
+    more = [*(["--mapping", mapping] if "mapping" in stated else []), *(["--unit", "mm"] if "unit" in stated else [])]
+    read = run("measure", "read", tmp_path / "readings.csv", "--job", job, *more)
     for said in (read, run("compensate", job, "--no-store")):
         assert ("1 of 1 deviations are counted the other way" in said) == bool(sign)
+        assert "another nominal value" not in said and "not matched" not in said
 
 
 @pytest.mark.parametrize(
@@ -423,6 +445,41 @@ def test_an_edge_that_is_broken_and_not_drawn_goes_with_what_is_beside_it(tmp_pa
     (at,) = np.flatnonzero((np.abs(moves[:, 1] + 1.0) < 0.05) & (moves[:, 0] < 13.0))
     assert moves[at].tolist() == pytest.approx([12.0 - 0.0065, -1.0], abs=0.003)
     assert moves[at - 1].tolist() == pytest.approx([11.0, 0.0], abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("diameters", "named"),
+    [
+        ({"-105": 44.120}, "'seat-44 diameter z -105' 44.1200 mm, an error of +60.0 µm"),
+        ({"-85": 43.920}, "'seat-44 diameter z -85' 43.9200 mm, an error of -40.0 µm"),
+        ({"-95": 44.120}, "'seat-44 diameter z -95' 44.1200 mm, an error of +60.0 µm"),
+        ({"-85": 44.080}, ""),  # a taper of 30 µm on the radius
+        ({"-105": 43.960, "-85": 43.960}, ""),  # a bow of 30 µm
+        ({"-100": 44.120, "-90": 44.120}, ""),  # no slip of one reading
+    ],
+)
+def test_a_digit_typed_wrong_beside_another_reading_of_the_cylinder_is_named(
+    tmp_path: Path, diameters: dict[str, float], named: str
+) -> None:
+    """0.1 mm on a diameter, 50 µm on the radius: the priors let form (6 µm, log-sd 1) and taper (40 µm/m, 0.7) of one
+    line make 1.96 log-sd more, 42.6 µm and 3.2 µm over 20 mm; two readings to 1 µm may differ by 5.7 µm besides.
+    """
+    read = {"-105": 44.020, "-85": 44.020, **diameters}
+    rows = [f"seat-44,{z},{size:.3f}\n" for z, size in read.items()]
+    if any(z in diameters for z in ("-105", "-85")) and len(diameters) == 2:
+        rows.append("seat-44,-95,44.020\n")
+    job = shaft_with(tmp_path, HEADER + "".join(rows) + ALL_TOO_LARGE.partition("-85,44.020\n")[2])
+    if not named:
+        run("compensate", job, "--no-store")
+        return
+    said = run("compensate", job, "--no-store", status=3)
+    assert "CMP-SCATTER" in said and f"{named}, stands apart from 'seat-44 diameter z" in said
+    limit = np.hypot(np.hypot(6.0 * np.exp(1.96), 0.04 * np.exp(0.7 * 1.96) * 10.0), 4.0 * np.sqrt(2.0)) / np.sqrt(2.0)
+    assert "scatter by 35.4 µm" in said and ("-95" not in diameters or f"at most {limit:.1f} µm" in said)
+    assert "readings.csv:" in said and "digit typed wrong" in said
+    text = job.read_text(encoding="utf-8")
+    job.write_text(text.replace("[compensation]\n", "[compensation]\nmax_scatter_um = 36\n"), encoding="utf-8")
+    assert "stands apart" not in run("compensate", job, "--no-store")
 
 
 def test_what_the_contour_takes_out_beyond_an_offset_counts_what_an_angle_shows(tmp_path: Path) -> None:

@@ -52,6 +52,7 @@ from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.turned.options import By
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
 from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.readings.of_this_part import check_neighbours
 from trueloop.turned.readings.vectors import z_zero
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign
@@ -274,6 +275,8 @@ def _error_model(
     read_sigma_mm = np.delete(own.touch_sigma_mm(own.vectors), z_zero(own.vectors))
     scatter_mm = min(own.scatter_mm, float(np.min(read_sigma_mm, initial=np.inf)))
     check_scatter(scatter_mm, options.limits, own.farthest_words)
+    readings = [reading for one in inputs.inspections for reading in one.readings]
+    check_neighbours(inputs.profile, process.chosen(np.flatnonzero(own.weight)), readings, options.limits)
     finished: tuple[ErrorVectors, ...] = ()
     if inputs.measured_finished:
         remembered, memory, finished = next_finished(inputs, matched, own)

@@ -5,19 +5,26 @@ Implausible readings: another part's, another unit, a radius for a diameter, two
 As of touches: what was given is compared with what one common blunder would have made of it.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+import numpy as np
+from numpy.typing import NDArray
+
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch, Values, Vector
+from trueloop.domain.option import Limits, allowed_by
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
-from trueloop.geometry.feature import Point
-from trueloop.geometry.profile import Profile
+from trueloop.estimate.catalogue import PRIORS
+from trueloop.geometry.feature import Line, Point
+from trueloop.geometry.profile import FACES_Z, Profile
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import Axis, MatchedReading, Matches
+from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import CREDIBLE_ERROR_MM
-from trueloop.units import MM_PER_INCH
+from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 OF_PART: Final = 0.5
 """An inspection of which less is matched is of another part."""
@@ -30,6 +37,11 @@ BLUNDERS: Final[tuple[tuple[float, str], ...]] = (
     (MM_PER_INCH, "inches taken for millimetres?"),
     (1.0 / MM_PER_INCH, "millimetres taken for inches?"),
 )
+
+LARGEST: Final = 1.96
+"""Standard deviations of a size's logarithm: a prior leaves 2.5 % of sizes above."""
+REPEATS_TO: Final = 4.0
+"""Standard uncertainties of the difference of two readings, by which they may be further apart."""
 
 
 def check_matches(
@@ -242,3 +254,64 @@ def _where(reading: MatchedReading) -> tuple[object, ...]:
 def _shown(reading: MatchedReading) -> str:
     place = ", ".join(f"{number:g}" for number in reading.reading.place_mm)
     return f"{reading.reading.feature} ({place} mm)" if place else reading.reading.feature
+
+
+def check_neighbours(profile: Profile, vectors: ErrorVectors, readings: Sequence[Reading], limits: Limits) -> None:
+    """Raises CMP-SCATTER where one reading of a line stands further apart from those beside it than the priors let
+    its form and its taper be: a digit typed wrong would become a curve of the contour.
+
+    `readings` are those that the errors are from. Several such readings in a row are a step, which no slip explains.
+    """
+    by_gauge = vectors.by_gauge
+    for index in range(len(profile.features)):
+        rows = vectors.of_feature(index)
+        rows = rows[by_gauge[rows]]
+        if not isinstance(profile.features[index], Line) or not len(apart := _apart(vectors, rows, limits)):
+            continue
+        alone = [k for k in rows if not len(_apart(vectors, rows[rows != k], limits))]
+        if not alone:
+            continue
+        others = np.setdiff1d(np.flatnonzero(by_gauge & (np.abs(vectors.outward_normal[:, 1]) < FACES_Z)), alone)
+        expected = float(np.median(vectors.error_mm[others if len(others) else alone]))
+        slip = max(alone, key=lambda k: abs(float(vectors.error_mm[k]) - expected))
+        beside = next(a + b - slip for a, b in apart if slip in (a, b))
+        raise _stands_apart(vectors, (slip, beside), readings, limits)
+
+
+def _apart(vectors: ErrorVectors, rows: NDArray[np.intp], limits: Limits) -> list[tuple[int, int]]:
+    """Returns the neighbours among rows of a feature, in its order, that are further apart than a line's errors are."""
+    pairs = zip(rows[:-1].tolist(), rows[1:].tolist(), strict=True)
+    return [(a, b) for a, b in pairs if _scatter_mm(vectors, a, b) > _form_mm(vectors, a, b, limits)]
+
+
+def _scatter_mm(vectors: ErrorVectors, a: int, b: int) -> float:
+    return abs(float(vectors.error_mm[a] - vectors.error_mm[b])) / math.sqrt(2.0)
+
+
+def _form_mm(vectors: ErrorVectors, a: int, b: int, limits: Limits) -> float:
+    """Returns the largest standard deviation of two errors of one line; what else is accepted has the limit's."""
+    form, taper = (PRIORS[name].median * math.exp(LARGEST * PRIORS[name].log_sd) for name in ("along", "taper"))
+    over_mm = abs(float(vectors.arc_length_mm[a] - vectors.arc_length_mm[b]))
+    u_mm = math.hypot(*vectors.standard_u_mm[[a, b]])
+    return max(math.hypot(form, taper * over_mm, REPEATS_TO * u_mm) / math.sqrt(2.0), limits.scatter_mm)
+
+
+def _stands_apart(
+    vectors: ErrorVectors, pair: tuple[int, int], readings: Sequence[Reading], limits: Limits
+) -> TrueloopError:
+    read = {one.characteristic: one for one in readings}
+    slip, beside = (read.get(vectors.point[k]) for k in pair)
+    said = [
+        f"{vectors.point[k]!r}{f' {one.actual:.4f} mm' if one else ''}, an error of "
+        f"{vectors.error_mm[k] * UM_PER_MM:+.1f} µm"
+        for k, one in zip(pair, (slip, beside), strict=True)
+    ]
+    scatter_mm, form_mm = _scatter_mm(vectors, *pair), _form_mm(vectors, *pair, limits)
+    return Code.CMP_SCATTER.refusal(
+        f"{said[0]}, stands apart from {said[1]}, on the same line: they scatter by {scatter_mm * UM_PER_MM:.1f} µm "
+        f"along the normal (one standard deviation), and its form and taper make at most {form_mm * UM_PER_MM:.1f} µm",
+        hint="read both again: is a digit typed wrong?",
+        override=f"{allowed_by('scatter_mm')}, for a part that is tapered or bent so much",
+        place=Place(line=slip.line if slip else None),
+        values={"scatter_um": scatter_mm * UM_PER_MM, "limit_um": form_mm * UM_PER_MM},
+    )
