@@ -17,7 +17,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts, Unit
-from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
+from trueloop.formats.inspections.shared.checks import by_reading, filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of, quantity_of, require_order
 from trueloop.formats.inspections.shared.text import beginning, moment, number_in, order_of, read_decoded
 from trueloop.formats.inspections.tables.headings import LENGTH_MM, unit_named
@@ -94,6 +94,7 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
         inspections=inspections,
         characteristics=characteristics_of(readings),
         remarks=(*remarks, *said, *stated_deviations(deviations), *filled_in(inspections)),
+        deviations=by_reading(one for one in deviations if one[0].nominal is None),
     )
 
 

@@ -31,7 +31,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
-from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
+from trueloop.formats.inspections.shared.checks import by_reading, filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.shared.quantities import characteristics_of
 from trueloop.formats.inspections.shared.text import decoded, number_in, read_decoded
 from trueloop.formats.measurements.rows import NOTE, CsvFile, CsvKind, Rows, csv_of
@@ -103,10 +103,10 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     sha256 = sha256_of(path.read_bytes())
     inspections = tuple(_inspection(run, group, sha256) for run, group in grouped.items())
     empty = len(table.rows) - len(rows)
-    stating = [(row.reading, row.deviation) for row in rows if row.deviation is not None]
+    stating = [(row.reading, *row.deviation) for row in rows if row.deviation is not None]
     remarks = (
         *((Remark(f"{empty} of {len(table.rows)} rows have no value: not measured"),) if empty else ()),
-        *stated_deviations((reading, *deviation) for reading, deviation in stating),
+        *stated_deviations(stating),
         *filled_in(inspections),
     )
     inch = any(name.endswith("_in") for name in file.header)
@@ -121,7 +121,7 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
         inspections=inspections,
         characteristics=asked,
         remarks=remarks,
-        deviations={reading.line: deviation for reading, deviation in stating if reading.nominal is None},
+        deviations=by_reading(one for one in stating if one[0].nominal is None),
     )
 
 

@@ -1,12 +1,12 @@
 """The result of reading an inspection file: the inspections, and remarks about the file."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 from trueloop.domain.characteristic import Characteristic
-from trueloop.domain.inspection import Inspection
+from trueloop.domain.inspection import Inspection, Reading
 
 Unit: TypeAlias = Literal["mm", "inch"]
 
@@ -25,7 +25,8 @@ class MeasuredFile:
 
     `format` names it in words. `encoding` is the one its text was read in. `unit` is the file's own; all lengths here
     are in mm. `characteristics` are those the file asks for, with their limits, whether measured or not. `deviations`
-    are those of readings without a nominal value, with what they may differ by from rounding, by line.
+    are those stated, as actual − nominal, of readings whose nominal value the file does not state, with what they may
+    differ by from rounding, by line and characteristic.
     """
 
     path: Path
@@ -35,7 +36,21 @@ class MeasuredFile:
     inspections: tuple[Inspection, ...]
     characteristics: tuple[Characteristic, ...] = ()
     remarks: tuple[Remark, ...] = ()
-    deviations: Mapping[int | None, tuple[float, float]] = field(default_factory=dict)
+    deviations: Mapping[tuple[int | None, str], tuple[float, float]] = field(default_factory=dict)
+
+    def deviation_of(self, reading: Reading) -> tuple[float, float] | None:
+        """Returns the deviation stated of a reading, and its rounding; None where the file has its nominal value."""
+        return self.deviations.get((reading.line, reading.characteristic))
+
+    def for_part(self, inspection: Inspection) -> Inspection:
+        """Returns an inspection without nominal values that follow from deviations alone: on a part, its own count."""
+        if not self.deviations:
+            return inspection
+        values = (
+            replace(one, nominal=None) if isinstance(one, Reading) and self.deviation_of(one) is not None else one
+            for one in inspection.values
+        )
+        return replace(inspection, values=tuple(values))
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.shared.checks import (
+    by_reading,
     filled_in,
     half_digits,
     numbered,
@@ -201,10 +202,13 @@ ZONES: Final = (Quantity.FORM, Quantity.RUNOUT)
 
 @dataclass(frozen=True)
 class _Value:
-    """A row as read: the reading, its deviation and what is outside, as the file states them."""
+    """A row as read: the reading, its deviation and what is outside, as the file states them. `from_deviation`: whether
+    its nominal value is that of its deviation.
+    """
 
     reading: Reading
     deviation: float | None
+    from_deviation: bool
     outside: float | None
     rounding: float
 
@@ -237,9 +241,14 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
         if some:
             inspections.append(_inspection(run, [value.reading for value in some], sha256, at))
     unit = next((block.unit for block, _ in rows if block.unit in ("MM", "IN", "INCH")), None)
-    deviations = [(one.reading, one.deviation, one.rounding) for one in found if one.deviation is not None]
+    deviations = [(one, (one.reading, one.deviation, one.rounding)) for one in found if one.deviation is not None]
     verdicts = [(one.reading, one.outside <= one.rounding) for one in found if one.outside is not None]
-    remarks += [*unknown, *stated_deviations(deviations), *stated_verdicts(verdicts), *filled_in(inspections)]
+    remarks += [
+        *unknown,
+        *stated_deviations(one for _, one in deviations),
+        *stated_verdicts(verdicts),
+        *filled_in(inspections),
+    ]
     return MeasuredFile(
         path=path,
         format="PC-DMIS",
@@ -248,6 +257,7 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
         inspections=tuple(inspections),
         characteristics=characteristics_of([one.reading for one in found]),
         remarks=tuple(remarks),
+        deviations=by_reading(one for value, one in deviations if value.from_deviation),
     )
 
 
@@ -280,8 +290,9 @@ def _value(block: Block, row: Line, path: Path, stated: StatedFacts, signed: boo
     nominal = 0.0 if nominal is None and zone else nominal
     if actual is None and nominal is not None and deviation is not None:
         actual = nominal + deviation
-    if nominal is None and actual is not None and deviation is not None:
-        nominal = actual - deviation
+    from_deviation = nominal is None and actual is not None and deviation is not None
+    if actual is not None and deviation is not None:
+        nominal = actual - deviation if nominal is None else nominal
     if actual is None:
         raise Code.MSR_VALUE.refusal(
             f"{block.name} {axis} has neither MEAS, nor NOMINAL and DEV",
@@ -305,7 +316,7 @@ def _value(block: Block, row: Line, path: Path, stated: StatedFacts, signed: boo
     require_order(reading, path)
     printed = [row.cells.get(name, "0.0001") for name in ("actual", "nominal", "deviation")]
     rounding = half_digits(*(text for text in printed if NUMBER.fullmatch(text))) * factor
-    return _Value(reading, None if zone else deviation, outside, rounding)
+    return _Value(reading, None if zone else deviation, from_deviation, outside, rounding)
 
 
 def _factor(block: Block, path: Path, stated: StatedFacts) -> float:

@@ -87,6 +87,7 @@ def read_measured(
 def _on_part(
     profile: Profile, file: MeasuredFile, run: int, inspection: Inspection, names: Mapping[str, str], axis: Axis | None
 ) -> OnPart:
+    inspection = file.for_part(inspection)
     matches = match_inspection(profile, inspection, names, axis)
     findings = (*check_matches(profile, inspection, matches, names, axis), *other_nominals(profile, matches.readings))
     return OnPart(run, inspection, matches, tuple(one.in_file(str(file.path)) for one in findings))

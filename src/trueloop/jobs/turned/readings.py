@@ -108,7 +108,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     files = [sources.file(name) for name in job.gauging.readings_files]
     for file in files:
         measured = _measured(file, StatedFacts(job.gauging.readings_unit, mapping, "gauging.readings_unit"))
-        chosen = _of_part(measured, job)
+        chosen = [measured.for_part(one) for one in _of_part(measured, job)]
         with in_file(file):
             found, points, unmatched = _matched(profile, chosen, names, strict=measured.format == GAUGE_CSV.name)
             repeated(profile, corrected(found), gauging)
@@ -148,9 +148,9 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
 def deviations_of(measured: MeasuredFile, profile: Profile, matched: Sequence[MatchedReading]) -> tuple[Remark, ...]:
     """Compares deviations that a file states of readings without a nominal value with those from the profile's."""
     return stated_deviations(
-        (replace(one.reading, nominal=nominal_of(profile, one)), *measured.deviations[one.reading.line])
+        (replace(one.reading, nominal=nominal_of(profile, one)), *deviation)
         for one in corrected(matched)
-        if one.reading.line in measured.deviations
+        if (deviation := measured.deviation_of(one.reading)) is not None
     )
 
 

@@ -36,12 +36,13 @@ class RemarkCounts:
 
 
 def half_digits(*numbers: str) -> float:
-    """Returns the deviation that rounding gives a sum of printed numbers at most: half of the last digit of each.
+    """Returns the deviation that rounding gives a sum of printed numbers at most: half of the last digit of each, of
+    an empty one 0.
 
     >>> half_digits("4.530", "4,5")
     0.0505
     """
-    return sum(float(f"5e{-_decimals(number) - 1}") for number in numbers)
+    return sum(float(f"5e{-_decimals(number) - 1}") for number in numbers if number)
 
 
 def _decimals(number: str) -> int:
@@ -72,6 +73,11 @@ def stated_deviations(stated: Iterable[tuple[Reading, float, float]]) -> tuple[R
             if relation := _relation(reading, reading.actual - reading.nominal, deviation, rounding + SLACK):
                 found[relation].append((reading, deviation))
     return tuple(_of_deviations(relation, cases, count) for relation, cases in found.items())
+
+
+def by_reading(stated: Iterable[tuple[Reading, float, float]]) -> dict[tuple[int | None, str], tuple[float, float]]:
+    """Returns stated deviations and their roundings by line and characteristic, to be compared on the part."""
+    return {(reading.line, reading.characteristic): (deviation, rounding) for reading, deviation, rounding in stated}
 
 
 def _relation(reading: Reading, computed: float, stated: float, rounding: float) -> str:

@@ -15,6 +15,7 @@ from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.measured_file import MeasuredFile, Remark, Unit
 from trueloop.formats.inspections.shared.checks import (
+    by_reading,
     devices_of,
     filled_in,
     numbered,
@@ -236,7 +237,15 @@ def with_readings(common: Common, unit: Unit | None, sha256: str, notes: Sequenc
         inspections=tuple(inspections),
         characteristics=characteristics_of(readings),
         remarks=(*remarks, *filled_in(inspections)),
+        deviations=by_reading(_without_nominal(sizes, readings)),
     )
+
+
+def _without_nominal(sizes: Sizes, readings: Sequence[Reading]) -> Iterator[tuple[Reading, float, float]]:
+    """Yields the readings whose nominal value is that of their deviation, which is to be compared with the part's."""
+    sign = -1.0 if sizes.conventions[0] == "nominal - actual" else 1.0
+    for row in np.flatnonzero(sizes.from_deviation).tolist():
+        yield readings[row], sign * float(sizes.deviation[row]), float(sizes.rounding[row])
 
 
 def _readings(common: Common, sizes: Sizes) -> Iterator[Reading]:

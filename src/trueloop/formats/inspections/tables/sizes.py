@@ -51,7 +51,9 @@ SYMBOLS: Final = {"R": Quantity.RADIUS, **dict.fromkeys("Øø⌀∅n", Quantity.
 class Sizes:
     """The numbers of a table's values, (n,) each, nan where not stated: mm, of angles degrees; limits are absolute.
 
-    `rounding`, (n,), is by how much a stated deviation may differ from actual − nominal because all three were rounded.
+    `from_deviation`, (n,), are those whose nominal value is that of a stated deviation, with its sign by the first of
+    `conventions`. `rounding`, (n,), is by how much a stated deviation may differ from actual − nominal because all
+    three were rounded.
     `refusal` is of tolerances that are likely in another unit: a mapping that states it can be proposed nevertheless.
     """
 
@@ -61,6 +63,7 @@ class Sizes:
     lower_limit: Array
     upper_limit: Array
     deviation: Array
+    from_deviation: Flags
     rounding: Array
     good: Array
     conventions: tuple[Deviation | None, LowerTolerance | None]
@@ -93,6 +96,7 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
         raise _unknown(
             long, Role.DEVIATION, int(np.argmax(needed)), 'deviation = "actual - nominal" or "nominal - actual"'
         )
+    from_deviation = needed & np.isnan(nominal)
     actual = np.where(np.isnan(actual), nominal + deviation, actual)
     nominal = np.where(np.isnan(nominal), actual - deviation, nominal)
     good = _good(long)
@@ -110,6 +114,7 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
         lower_limit=limits.lower,
         upper_limit=limits.upper,
         deviation=stated,
+        from_deviation=from_deviation,
         rounding=rounding,
         good=good,
         conventions=(sign, limits.sign),
