@@ -72,8 +72,7 @@ def new(
     if radius is None:
         if not person:
             raise typer.BadParameter("the program does not say it: give it", param_hint="--nose-radius-mm")
-        radius = float(typer.prompt("Nose radius of the finishing tool, mm", type=float))
-        not_negative(radius)
+        radius = typer.prompt("Nose radius of the finishing tool, mm", value_proc=_radius_mm)
     part = name or (typer.prompt("Name of the part", default=program.stem) if person else program.stem)
     how = measured or (_chosen(HOW, MEASURED, "gauge") if person else "gauge")
     if person and dialect is None:
@@ -114,6 +113,14 @@ def new(
             f"next: fill in the values, then  trueloop compensate {shlex.quote(str(job))}",
         ]
     )
+
+
+def _radius_mm(answer: str) -> float | None:
+    """Returns the number typed, with a decimal point or comma. Raises BadParameter, after which the prompt repeats."""
+    try:
+        return not_negative(float(answer.replace(",", ".")))
+    except ValueError:
+        raise typer.BadParameter(f"{answer} is not a number: type it as 0.8 or 0,8") from None
 
 
 def _asked_dialect(program: Path) -> str | None:

@@ -110,7 +110,7 @@ def test_at_a_terminal_it_asks_for_what_is_missing(tmp_path: Path) -> None:
         [*command, "new", str(finish)], cwd=tmp_path, stdin=theirs, stdout=theirs, stderr=theirs
     ) as it:
         os.close(theirs)
-        os.write(ours, b"0.8\nmy shaft\ncaliper\ngauge\nfanuc\nfanuc-lathe\n")
+        os.write(ours, b"wide\n-1\nnan\n0,8\nmy shaft\ncaliper\ngauge\nfanuc\nfanuc-lathe\n")
         said = b""
         while True:
             try:
@@ -119,6 +119,8 @@ def test_at_a_terminal_it_asks_for_what_is_missing(tmp_path: Path) -> None:
                 break
         assert it.wait(timeout=60) == 0, said.decode()
     os.close(ours)
+    assert b"wide is not a number: type it as 0.8 or 0,8" in said and b"nan is not a finite number" in said
+    assert b"-1.0 is not a finite number from 0 up" in said and said.count(b"Nose radius") == 4
     assert said.count(b"Measured with a micrometer") == said.count(b"may be for several controls") == 2
     part = read_part(tmp_path / "my-shaft" / "job.toml")
     assert (part.name, part.nose_radius_mm) == ("my shaft", 0.8)
