@@ -22,6 +22,9 @@ _WRITTEN: Final = {
     **{"─": "-", "━": "-", "│": "|", "┃": "|", "\N{ZERO WIDTH NO-BREAK SPACE}": ""},
 }
 
+_OF_STDOUT: Final = ("strict", "surrogateescape")
+"""How Python itself sets stdout up; the second on Windows, and elsewhere in the locale C."""
+
 
 def plain(text: str) -> str:
     """Returns the text in ASCII: by the table, else without accents, a Greek letter by its name, else `?`."""
@@ -64,10 +67,14 @@ def write_what_streams_take() -> None:
     """Sets stdout and stderr up so that no text fails on them; what the user set by PYTHONIOENCODING stays."""
     codecs.register_error(HANDLER, _replaced)
     codecs.register(_codec)
-    for stream, errors in ((sys.stdout, "strict"), (sys.stderr, "backslashreplace")):
-        if getattr(stream, "errors", None) != errors:
+    for stream, own in ((sys.stdout, _OF_STDOUT), (sys.stderr, ("backslashreplace",))):
+        errors = getattr(stream, "errors", None)
+        if errors not in own:
             continue
-        if codecs.lookup(stream.encoding).name == "ascii":
+        encoding = codecs.lookup(stream.encoding).name
+        if encoding == "utf-8" and errors == "surrogateescape":
+            continue  # writes names of files that are not UTF-8 as they are
+        if encoding == "ascii":
             stream.reconfigure(encoding=ASCII)  # type: ignore[union-attr]
         else:
             stream.reconfigure(errors=HANDLER)  # type: ignore[union-attr]
