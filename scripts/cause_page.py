@@ -9,14 +9,17 @@ from trueloop.diagnosis.causes.cause import Cause, Over, SeenBy, Sign
 PAGE: Final = Path(__file__).parents[1] / "docs" / "causes.md"
 HEAD: Final = """# Causes of wrong features
 
-What `trueloop diagnose series` and `trueloop diagnose part` look for. A cause is data: on which errors of features it
-shows, to whom, and how it goes over the parts of a series. Probabilities follow from all feature errors of all parts
-with their uncertainties; causes that would leave the same share the probability, and the answer says which measurement
-would tell them apart. Errors are positive where material is left on. Sections are those of NISTIR 4773; a cause without
-one is our own.
+The catalogue of `trueloop diagnose series` and `trueloop diagnose part`. For each cause it states on which errors of features the cause
+shows, which measurement sees it, and how it varies over the parts of a series. Probabilities are computed from all feature errors of
+all parts with their uncertainties. Causes that leave the same errors share the probability; the result then names the measurement that
+distinguishes them.
 
-The machine's own probe, corrected by the model of the machine, sees what the process did. A measuring machine (CMM) or
-a gauge sees what the machine did too. The share is how common a cause is beforehand, beside the others.
+- **Errors** are positive where material is left on. `(may)`: the cause can act without this error.
+- **Seen by**: the machine's probe, corrected by the machine's model, sees the errors of the process. A measuring machine (CMM) or a
+  gauge also sees those of the machine. "Both": each of the two sees this error.
+- **Features**: all features of a tool have one size of the error, or each has its own.
+- **Share**: how common the cause is before anything is measured, relative to the others.
+- **Sections** are those of NISTIR 4773. A cause without a section is our own.
 """
 SEEN: Final = {
     (SeenBy.MACHINE, SeenBy.CMM): "both",
@@ -25,36 +28,38 @@ SEEN: Final = {
     (): "no touch probe",
 }
 GOES: Final = {
-    Over.CONSTANT: "the same on all parts",
-    Over.SETTING: "the same until the tool is set anew",
+    Over.CONSTANT: "equal on all parts",
+    Over.SETTING: "equal until the tool is set anew",
     Over.WEAR: "grows with the minutes in cut",
     Over.TEMPERATURE: "follows a temperature",
     Over.DEPTH: "in proportion to the depth of cut",
-    Over.SCATTER: "another one on every part",
-    Over.STEP: "begins at some part",
+    Over.SCATTER: "different on every part",
+    Over.STEP: "begins at one part",
 }
 
 
 def page() -> str:
-    """The page as it has to be: a chapter a cause, in the catalogue's order."""
+    """Returns the page: a chapter for each cause, in the catalogue's order."""
     return HEAD + "".join(_chapter(cause) for cause in CAUSES)
 
 
 def _chapter(cause: Cause) -> str:
-    rows = "".join(_row(sign) for sign in cause.signs)
+    kinds: dict[str, list[str]] = {}
+    for sign in cause.signs:
+        kinds.setdefault(_circumstances(sign), []).append(str(sign.kind) if sign.needed else f"{sign.kind} (may)")
+    rows = "".join(f"| {', '.join(errors)} | {circumstances} |\n" for circumstances, errors in kinds.items())
     section = "" if cause.section == "-" else f" [4773 §{cause.section.replace(', ', ', §')}]"
-    standard = "A standard part shows it too, on which nothing was cut.\n\n" if cause.on_standard_part else ""
+    standard = " A standard part, on which nothing was cut, shows it too." if cause.on_standard_part else ""
     return (
-        f"\n## {cause.name[0].upper()}{cause.name[1:]}\n\n`{cause.key}`, share {cause.prior:g}\n\n"
-        f"| error | seen by | over the parts | features |\n|---|---|---|---|\n{rows}\n{standard}"
-        f"Remedy: {cause.remedy}{section}\n\nDecided by: {cause.decided_by}\n"
+        f"\n## {cause.name[0].upper()}{cause.name[1:]}\n\n`{cause.key}`, share {cause.prior:g}.{standard}\n\n"
+        f"| error | seen by | over the parts | features |\n|---|---|---|---|\n{rows}\n"
+        f"- Remedy: {cause.remedy}{section}\n- Test: {cause.decided_by}\n"
     )
 
 
-def _row(sign: Sign) -> str:
-    kind = str(sign.kind) if sign.needed else f"{sign.kind} (may)"
+def _circumstances(sign: Sign) -> str:
     over = ", or ".join(GOES[over] for over in sign.over)
-    return f"| {kind} | {SEEN[sign.seen_by]} | {over} | {'one size' if sign.alike else 'each its own'} |\n"
+    return f"{SEEN[sign.seen_by]} | {over} | {'one size' if sign.alike else 'each its own'}"
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Time and memory of reading QIF documents of 1 GB: geometry, points, results. The table of docs/measurements.md.
+"""Time and memory of reading QIF documents of 1 GB: geometry, points, results. The table of docs/inspection-formats.md.
 
 Usage: python -m scripts.large_qif [MEGABYTES]
 """

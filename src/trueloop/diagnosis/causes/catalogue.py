@@ -37,7 +37,7 @@ FIXTURING: Final = (
         prior=0.02,
         remedy=wording("Fix the tool probe by hand, then set all tools anew."),
         section="4.1",
-        decided_by=wording("Set one tool ten times: spread, drift or a step say that the tool probe moves."),
+        decided_by=wording("Set one tool ten times: spread, drift or a step mean that the tool probe moves."),
     ),
     Cause(
         key="fixturing-part-probe",
@@ -60,7 +60,7 @@ FIXTURING: Final = (
         remedy=wording("Clamp the tool by hand, then set it anew."),
         section="4.1",
         decided_by=wording(
-            "Set the tool ten times, indexing the turret between: spread or a step say that it is loose."
+            "Set the tool ten times, indexing the turret between: spread or a step mean that it is loose."
         ),
         of_tool=True,
     ),

@@ -29,7 +29,7 @@ from trueloop.formats.inspections.shared.checks import numbered
 from trueloop.formats.toml_tables import Count, Finite, NotNegative, Table, read_tables
 from trueloop.units import MM_PER_INCH
 
-HINT: Final = "docs/measurements.md, “Dumps and print-outs of controls”, lists the keys of a mapping"
+HINT: Final = "docs/inspection-formats.md, “Dumps and print-outs of controls”, lists the keys of a mapping"
 MM_PER: Final = {"mm": 1.0, "inch": MM_PER_INCH}
 XIs: TypeAlias = Literal["radius", "diameter"]
 

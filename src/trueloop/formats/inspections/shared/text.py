@@ -47,7 +47,7 @@ PLAIN: Final = frozenset("0123456789.+- \t\r\n")
 """Signs of numbers that can be read in one way alone."""
 MOST: Final = 1e15
 """No length, angle or temperature is as large in any unit; its square is still a number."""
-HINT: Final = "docs/measurements.md lists the formats that are read; other text: save it as CSV in UTF-8"
+HINT: Final = "docs/inspection-formats.md lists the formats that are read; other text: save it as CSV in UTF-8"
 
 
 def read_decoded(path: Path) -> tuple[str, str]:
