@@ -21,7 +21,10 @@ TITLES: Final = {
     "readings": "Readings by instruments' own files ([machine.md](machine.md#instruments-own-files))",
     "offsets": "Work offsets and tools ([cli.md](cli.md#offsets-file))",
     "mapping": "Mapping of a table ([measurements.md](measurements.md#tables-by-mapping))",
-    "meaning": "Mapping of a control's output ([inspection-formats.md](inspection-formats.md#dumps-and-print-outs-of-controls))",
+    "meaning": (
+        "Mapping of a control's output "
+        "([inspection-formats.md](inspection-formats.md#dumps-and-print-outs-of-controls))"
+    ),
     "signals": "Signals of the real-time corrector ([realtime-signals.md](realtime-signals.md#configuration))",
     "links": "Links to controls ([links.md](links.md))",
     "virtual-machine": "Virtual lathe ([simulator.md](simulator.md#the-machine-file))",
