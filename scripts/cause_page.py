@@ -9,14 +9,14 @@ from trueloop.diagnosis.causes.cause import Cause, Over, SeenBy, Sign
 PAGE: Final = Path(__file__).parents[1] / "docs" / "causes.md"
 HEAD: Final = """# Causes of wrong features
 
-The catalogue of `trueloop diagnose series` and `trueloop diagnose part`. For each cause it states on which errors of features the cause
-shows, which measurement sees it, and how it varies over the parts of a series. Probabilities are computed from all feature errors of
-all parts with their uncertainties. Causes that leave the same errors share the probability; the result then names the measurement that
-distinguishes them.
+The catalogue of `trueloop diagnose series` and `trueloop diagnose part`. For each cause it states on which errors of
+features the cause shows, which measurement sees it, and how it varies over the parts of a series. Probabilities are
+computed from all feature errors of all parts with their uncertainties. Causes that leave the same errors share the
+probability; the result then names the measurement that distinguishes them.
 
 - **Errors** are positive where material is left on. `(may)`: the cause can act without this error.
-- **Seen by**: the machine's probe, corrected by the machine's model, sees the errors of the process. A measuring machine (CMM) or a
-  gauge also sees those of the machine. "Both": each of the two sees this error.
+- **Seen by**: the machine's probe, corrected by the machine's model, sees the errors of the process. A measuring
+  machine (CMM) or a gauge also sees those of the machine. "Both": each of the two sees this error.
 - **Features**: all features of a tool have one size of the error, or each has its own.
 - **Share**: how common the cause is before anything is measured, relative to the others.
 - **Sections** are those of NISTIR 4773. A cause without a section is our own.

@@ -6,6 +6,9 @@ The sentence is a text like any other, in English and micrometres. The template 
 looks for all of them and for their translations.
 """
 
+import os
+import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -14,6 +17,13 @@ from typing import Final
 from trueloop.units import UM_PER_MM
 
 MINUS: Final = "\u2212"
+
+
+def shell_word(word: str) -> str:
+    """Returns the word as it is typed in a command: in quotes where the shell needs them, on Windows in double ones."""
+    if os.name != "nt":
+        return shlex.quote(word)
+    return word if re.fullmatch(r"[\w@%+=:,./\\~-]+", word) else f'"{word}"'
 
 
 @dataclass(frozen=True)

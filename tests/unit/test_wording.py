@@ -1,8 +1,11 @@
 """A wording is its English text, and keeps what it is made of."""
 
+import os
 import pickle
 
-from trueloop.wording import Signed, Um, all_of, wording
+import pytest
+
+from trueloop.wording import Signed, Um, all_of, shell_word, wording
 
 
 def test_the_text_is_that_of_template_and_values() -> None:
@@ -24,3 +27,10 @@ def test_it_comes_back_from_pickle_with_its_parts() -> None:
     said = wording("{n} touches", n=3)
     again = pickle.loads(pickle.dumps(said))
     assert (again, again.template, again.values) == (said, said.template, said.values)
+
+
+def test_a_word_of_a_command_is_quoted_as_the_shell_of_the_system_takes_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """cmd.exe has no single quotes, and a backslash needs none there."""
+    assert [shell_word(word) for word in ("shaft/job.toml", "my shaft")] == ["shaft/job.toml", "'my shaft'"]
+    monkeypatch.setattr(os, "name", "nt")
+    assert [shell_word(word) for word in ("shaft\\job.toml", "my shaft")] == ["shaft\\job.toml", '"my shaft"']

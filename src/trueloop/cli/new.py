@@ -1,7 +1,6 @@
 """`trueloop new`: a job from a finish program, asking for what the program does not say."""
 
 import re
-import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,6 +20,7 @@ from trueloop.cli.program_file import (
 )
 from trueloop.cli.shared_options import not_negative, option
 from trueloop.cli.terminal import AsJson, busy, guarded, print_json, print_lines
+from trueloop.wording import shell_word
 
 HOW: Final = "Measured with a micrometer, or as points by a probe or measuring machine"
 MEASURED: Final[tuple[Literal["gauge", "points"], ...]] = ("gauge", "points")
@@ -110,7 +110,7 @@ def new(
             f"{len(made.features)} features in order: {', '.join(made.features)}",
             *(f"written: {file}" for file in (job, *others)),
             f"written: {to_fill_in}, with {made.places} places to measure",
-            f"next: fill in the values, then  trueloop compensate {shlex.quote(str(job))}",
+            f"next: fill in the values, then  trueloop compensate {shell_word(str(job))}",
         ]
     )
 

@@ -1,6 +1,5 @@
 """Series of parts: files into the store, what the store holds of a series, proposals and decisions."""
 
-import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -46,6 +45,7 @@ from trueloop.report.series.values import SeriesShape, replay_shape, status_shap
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Kept, Store, find, keep
 from trueloop.turned.program.wear_numbers import CONTROLS, Control, WearOffset, counted, offset_program
+from trueloop.wording import shell_word
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def _of_type(path: Path, inspections: Sequence[Inspection], part_type: str) -> S
         raise Code.SER_PART.refusal(
             f"{path.name!r} holds parts of {len(types)} part types, {listed}"
             + (f", none of {part_type!r}" if part_type else ""),
-            hint=f"add one after the other: `--type {shlex.quote(next(filter(None, types)))}` takes its parts alone",
+            hint=f"add one after the other: `--type {shell_word(next(filter(None, types)))}` takes its parts alone",
             place=Place(str(path)),
             values={"part": types[0]},
         )

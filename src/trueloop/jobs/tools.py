@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from difflib import get_close_matches
-from shlex import quote
 from typing import Final
 
 from trueloop.domain.life import (
@@ -29,6 +28,7 @@ from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.loops.turned.correction import Inputs
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find, keep
+from trueloop.wording import shell_word
 
 STATED = ("holder", "insert", "corner")
 
@@ -346,7 +346,8 @@ def _held(life: EdgeLife, edge: Edge) -> TrueloopError:
     hint = (
         "remove it there first; of two alike, name one otherwise: number the inserts or the holders"
         if same
-        else f"remove it first: `trueloop tool remove {quote(tool_name(life.edge))}`; in another machine, use --machine"
+        else f"remove it first: `trueloop tool remove {shell_word(tool_name(life.edge))}`; "
+        "in another machine, use --machine"
     )
     return Code.EDG_POCKET.refusal(
         f"{edge_name(edge)} cannot be mounted: {where(life)} is, since {time(life.set_at)}",
@@ -361,11 +362,13 @@ def _corner(life: EdgeLife, corner: str, used: Sequence[EdgeLife]) -> TrueloopEr
         said, hint = f"{name}: the corner has no name", "name it as it is marked on the insert: --corner 2"
     elif corner == life.edge.corner:
         said = f"corner {corner!r} of {name} is already mounted, since {time(life.set_at)}"
-        hint = f"name the new corner; for a new insert `trueloop tool mount {quote(name)}`"
+        hint = f"name the new corner; for a new insert `trueloop tool mount {shell_word(name)}`"
     elif used:
         end = used[-1].events[-1]
         said = f"corner {corner!r} of {name} cut before, until {time(end.at)}"
-        hint = f"with --again its form is taken as it was then; for a new insert `trueloop tool mount {quote(name)}`"
+        hint = (
+            f"with --again its form is taken as it was then; for a new insert `trueloop tool mount {shell_word(name)}`"
+        )
     else:
         said = f"corner {corner!r} of {name} never cut: nothing is known that could hold again"
         hint = "leave out --again"

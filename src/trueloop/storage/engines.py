@@ -5,7 +5,6 @@ SQLite: write-ahead log, `synchronous = FULL`, so that what was acknowledged out
 they appear.
 """
 
-import shlex
 import sqlite3
 import stat
 from collections.abc import Iterator
@@ -21,6 +20,7 @@ from sqlalchemy.pool import StaticPool
 from trueloop.errors import Code, TrueloopError
 from trueloop.extras import install_command
 from trueloop.storage.reading import shown
+from trueloop.wording import shell_word
 
 AWAY: Final = frozenset((Code.STO_FILE, Code.STO_SCHEMA, Code.STO_BUSY, Code.STO_WRITE))
 """Refusals that the state of the store causes and not what it was given: the same request may be taken later."""
@@ -140,7 +140,7 @@ def _sqlite_file(url: URL, create: bool, read_only: bool) -> Engine:
     if not usable:
         raise Code.STO_FILE.refusal(
             f"there is no store '{path}'",
-            hint=f"make it by `trueloop db init {shlex.quote(str(path))}`, or name another by --db",
+            hint=f"make it by `trueloop db init {shell_word(str(path))}`, or name another by --db",
         )
     mode = "ro" if read_only else "rwc" if create else "rw"
     uri = f"file:{quote(str(path.absolute()))}?mode={mode}"

@@ -4,7 +4,6 @@ The signals of a running corrector: from a configuration to the component, or to
 """
 
 import hashlib
-import shlex
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -32,6 +31,7 @@ from trueloop.jobs.turned.job_files import PROGRAM_HINT, JobFiles
 from trueloop.machine.model.model import MachineModel
 from trueloop.realtime.image import Image, Signal
 from trueloop.units import MM_PER_INCH
+from trueloop.wording import shell_word
 
 NO_IMAGE: Final = "IMAGE.rtec"
 
@@ -105,8 +105,8 @@ def _check_model(job: JobFiles, image: Image) -> None:
         held = f"sha256 {image.identity.model_sha256[:16]}…" if image.identity.model_sha256 else "no model"
         raise Code.RTC_HAL.refusal(
             f"the job's model {machine.model.name} has sha256 {found[:16]}…, the image holds {held}",
-            hint=f"make the image anew: `trueloop realtime image {shlex.quote(str(job.path))} "
-            f"--model {shlex.quote(str(job.path.parent / machine.model))} --output FILE.img`",
+            hint=f"make the image anew: `trueloop realtime image {shell_word(str(job.path))} "
+            f"--model {shell_word(str(job.path.parent / machine.model))} --output FILE.img`",
             place=Place(str(job.path)),
         )
 

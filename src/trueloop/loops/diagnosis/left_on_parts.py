@@ -11,7 +11,6 @@ That is ERROR_MTG,RESID of [6876 §3.5] as far as the model errs at cutting as i
 The post-process loop's first step: one part's inspections taken apart into machine, process and what was left.
 """
 
-import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -35,6 +34,7 @@ from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals
 from trueloop.machine.model.validity import check_state
 from trueloop.units import UM_PER_MM
+from trueloop.wording import shell_word
 
 OTHER_PART_MM = 0.2
 """Both devices saw one part: by as much as this no sound machine errs between them."""
@@ -160,7 +160,7 @@ def _with_signals(
         if not without:
             continue
         said = f"the signal {signal!r} was not kept of {len(without)} of {len(parts)} parts: {', '.join(without[:5])}"
-        hint = f"`trueloop machine decompose --probing {shlex.quote(signal)}=VALUE --supersede` keeps it"
+        hint = f"`trueloop machine decompose --probing {shell_word(signal)}=VALUE --supersede` keeps it"
         values = {"signal": signal, "parts": without}
         if Code.DIA_SIGNAL not in accept:
             raise Code.DIA_SIGNAL.refusal(said, hint=hint, override="--accept DIA-SIGNAL", values=values)

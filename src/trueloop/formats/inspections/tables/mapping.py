@@ -2,7 +2,6 @@
 
 import difflib
 import json
-import shlex
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,13 +15,14 @@ from trueloop.formats.inspections.shared.quantities import Deviation, LowerToler
 from trueloop.formats.inspections.shared.text import Order
 from trueloop.formats.inspections.tables.headings import POINT, Role
 from trueloop.formats.toml_tables import Count, Table, read_tables
+from trueloop.wording import shell_word
 
 HINT: Final = "docs/measurements.md, 'Tables by mapping'; `trueloop measure map FILE` writes one from the headings"
 
 
 def map_command(table: Path, options: str = "") -> str:
     """Returns the command that writes a table's mapping, as a shell takes it."""
-    return f"trueloop measure map {shlex.quote(str(table))} {options}".strip()
+    return f"trueloop measure map {shell_word(str(table))} {options}".strip()
 
 
 SEVERAL: Final = ("parts", "repeats", "characteristics", "ignored")

@@ -1,6 +1,5 @@
 """A mapping proposed from a table's headings, refused where they may mean several things."""
 
-import shlex
 from collections import defaultdict
 from collections.abc import Mapping as Map
 from collections.abc import Sequence
@@ -36,6 +35,7 @@ from trueloop.formats.inspections.tables.headings import (
     plain,
 )
 from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLabels, check, map_command
+from trueloop.wording import shell_word
 
 LOOKED_AT: Final = 200
 """Rows whose cells separate numbers from texts, and limits from tolerances."""
@@ -240,7 +240,7 @@ class _Table:
     def _refusal_of(self, why: str, columns: Given) -> TrueloopError:
         """The refusal with the command that names these columns, beside those that are named already."""
         every = [(key, name) for named in (self.given, columns) for key, names in named.items() for name in names]
-        options = " ".join(f"--column {key}={shlex.quote(name)}" for key, name in every)
+        options = " ".join(f"--column {key}={shell_word(name)}" for key, name in every)
         hint = f"say which: {map_command(self.grid.path, options)}"
         return _refusal(self.grid, why, self.header.row, hint)
 

@@ -1,6 +1,5 @@
 """Tables of any columns, CSV or workbook, read by a mapping: one that is given, else the one their headings say."""
 
-import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -30,6 +29,7 @@ from trueloop.formats.inspections.tables.readings import (
 )
 from trueloop.formats.inspections.tables.sizes import sizes_of
 from trueloop.units import MM_PER_INCH
+from trueloop.wording import shell_word
 
 
 def with_points(common: Common, unit: Unit | None, sha256: str, notes: Sequence[Remark]) -> MeasuredFile:
@@ -136,7 +136,7 @@ def grid_of(path: Path, sheet: str = "", separator: str = "") -> Grid:
     if sheet or len(names) != 1:
         listed = ", ".join(map(repr, names[:8]))
         why = f"has no sheet {sheet!r}" if sheet else f"has {len(names)} sheets that may be read"
-        hint = f"name one: {map_command(path, '--sheet ' + shlex.quote(names[0] if names else 'NAME'))}"
+        hint = f"name one: {map_command(path, '--sheet ' + shell_word(names[0] if names else 'NAME'))}"
         raise Code.MSR_MEANING.refusal(f"{path.name!r} {why}: {listed}", hint=hint, place=Place(str(path))
         )  # fmt: skip
     return sheets[names[0]]
