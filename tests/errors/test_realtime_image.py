@@ -99,7 +99,7 @@ def test_it_says_what_it_is_about(what: str) -> None:
 WIDE = {"X": (0.0, 200.0), "Z": (-400.0, 50.0)}
 
 
-def test_a_table_that_the_drives_cannot_follow_is_refused_and_so_are_signals_of_no_model(tmp_path: Path) -> None:
+def test_a_table_that_the_drives_cannot_follow_is_refused_and_so_are_options_of_no_use(tmp_path: Path) -> None:
     for name in ("linuxcnc", "modbas2"):
         copy_example(name, tmp_path / name)
     job = tmp_path / "linuxcnc" / "job.toml"
@@ -117,6 +117,17 @@ def test_a_table_that_the_drives_cannot_follow_is_refused_and_so_are_signals_of_
     for stated in (SignalLimits({"T1": (1.0, 2.0)}, {}), SignalLimits({}, {"T1": 1.0})):
         said = refused(lambda stated=stated: make_image(job, replace(options, stated=stated)))
         assert said.code is Code.RTC_SIGNAL and said.values == {"signals": ["T1"]}
+    model = tmp_path / "model.json"
+    model.write_text(model_to_json(growing("T1", T1=(18.0, 25.0))))
+    alone = ImageOptions(travel_mm=WIDE)
+    for kind, source, given, name in (
+        ("a table", job, replace(options, tool_mm=(0.0, 0.0, -120.0)), "--tool"),
+        ("a table", job, replace(options, standing=("C",)), "--standing"),
+        ("a model", model, replace(alone, origin_mm=(100.0, -150.0)), "--origin"),
+        ("a model", model, replace(alone, tip=3), "--tip"),
+    ):
+        said = refused(make_image, source, given)
+        assert said.code is Code.RTC_TABLE and f"{name} is stated; the image holds {kind} alone" in said.message
 
 
 def test_the_largest_correction_is_refused_where_it_is() -> None:

@@ -215,6 +215,7 @@ def make_image(source: FilePath, options: ImageOptions | None = None) -> MadeIma
     model_file = path if table is None else options.model or _model_of(table)
     known = None if model_file is None else ModelFile(read_model(model_file), model_file)
     _check_model(table, known)
+    _require_used(known, table, options)
     if known is not None:
         with in_file(known.file):
             require_serial(known.model, options.serial)
@@ -286,8 +287,8 @@ def _check_model(table: CorrectedProgram | None, model: ModelFile | None) -> Non
         )
 
 
-def _image(model: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> Image:
-    bank: Bank | None = None
+def _require_used(model: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> None:
+    """Raises RTC-SIGNAL and RTC-TABLE for options that the image would not hold."""
     stated = sorted({*options.stated.ranges, *options.stated.steps})
     if model is None and stated:
         raise Code.RTC_SIGNAL.refusal(
@@ -295,6 +296,22 @@ def _image(model: ModelFile | None, table: CorrectedProgram | None, options: Ima
             hint="leave --range and --step out, or give the model: --model MODEL.json",
             values={"signals": stated},
         )
+    of_model = {"--tool": options.tool_mm != ZERO, "--standing": bool(options.standing)}
+    of_table = {"--origin": options.origin_mm is not None, "--tip": options.tip != 0}
+    for there, given, other, given_by in (
+        (model, of_model, "table", "give the model: --model MODEL.json"),
+        (table, of_table, "model", "make the image of a job or a record, with --model MODEL.json"),
+    ):
+        names = " and ".join(name for name, stated in given.items() if stated)
+        if there is None and names:
+            raise Code.RTC_TABLE.refusal(
+                f"{names} is stated; the image holds a {other} alone, which does not depend on it",
+                hint=f"leave {names} out, or {given_by}",
+            )
+
+
+def _image(model: ModelFile | None, table: CorrectedProgram | None, options: ImageOptions) -> Image:
+    bank: Bank | None = None
     if model is not None:
         with in_file(model.file):
             signals = signals_of(model.model, options.stated)
