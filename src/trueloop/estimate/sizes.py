@@ -16,8 +16,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.estimate.history import after_parts
 from trueloop.estimate.places import Observed, Places, together
-from trueloop.estimate.state import JITTER_MM2, Key, State
+from trueloop.estimate.state import JITTER_MM2, Key
 from trueloop.estimate.term import PART, Catalogue, Sizes, Term
 from trueloop.estimate.weights import more_noise
 
@@ -288,15 +289,16 @@ def _outliers(catalogue: Catalogue, sizes: Sizes, parts: Sequence[Observed]) -> 
     bands of features without a touch are known.
     """
     whole = {term.name for term in catalogue.terms if term.scope == (PART,)}
-    state, more, far = State.before(catalogue, sizes), list[Array](), dict[Key, float]()
-    for one, following in zip(parts, [*parts[1:], None], strict=True):
-        updated = state.given(one)
-        gross, noise = np.where(updated.gross > 0.5, updated.gross, 0.0), np.diag(updated.state.noise_mm2(one))
-        more.append(more_noise(noise, gross, catalogue))
-        far |= {key: scale for key, scale in updated.scales.items() if scale > FAR and key[0] in whole}
-        state = updated.state
-        if following is not None and not _of_one_part(one, following):
-            state = state.without_parts()
+    by_part: list[list[Observed]] = []
+    for one in parts:
+        if by_part and _of_one_part(by_part[-1][-1], one):
+            by_part[-1].append(one)
+        else:
+            by_part.append([one])
+    found = after_parts(catalogue, sizes, by_part, {column: () for term in catalogue.terms for column in term.scope})
+    taken = [one for of_part in found.taken for one in of_part]
+    more = [more_noise(one.noise_mm2, np.where(one.gross > 0.5, one.gross, 0.0), catalogue) for one in taken]
+    far = {k: scale for one in taken for k, scale in one.scales.items() if scale > FAR and k[0] in whole}
     return np.concatenate(more), far
 
 

@@ -193,11 +193,6 @@ class State:
                 rows[mine, self.blocks[term.name, *label]] = values[mine]
         return rows
 
-    def without_parts(self) -> "State":
-        """Returns the state without the coefficients of single parts, whose measurements are all included."""
-        of_part = {term.name for term in self.catalogue.terms if term.of_part}
-        return self._without([key for key in self.blocks if key[0] in of_part])
-
     def _unobserved_heavy(self) -> list[tuple[Key, slice, float]]:
         """Coefficients with heavy tails that no value has followed yet, so that they are independent of all others:
         where they are, their tails. Those of a finish cut come with the cut before, which does not show them.
@@ -233,18 +228,6 @@ class State:
         np.subtract(self.covariance, covariance, out=covariance)
         covariance[np.diag_indices(len(more))] += more
         return replace(self, mean=mean, covariance=covariance)
-
-    def _without(self, gone: Sequence[Key]) -> "State":
-        keep, kept, at = np.ones(len(self.mean), dtype=np.bool_), dict[Key, slice](), 0
-        for key in gone:
-            keep[self.blocks[key]] = False
-        for key, where in self.blocks.items():
-            if keep[where.start]:
-                kept[key] = slice(at, at + where.stop - where.start)
-                at = kept[key].stop
-        clocks = {key: time for key, time in self.clocks.items() if key in kept}
-        covariance = self.covariance[np.ix_(keep, keep)]
-        return replace(self, mean=self.mean[keep], covariance=covariance, blocks=kept, clocks=clocks)
 
 
 def _followed(rows: Array) -> NDArray[np.intp]:

@@ -23,7 +23,7 @@ from itertools import product
 from typing import Final, TypeVar
 
 import numpy as np
-from scipy.linalg import cholesky, lapack
+from scipy.linalg import lapack
 
 from trueloop.arrays import Array, Integers
 from trueloop.estimate.term import Catalogue
@@ -87,6 +87,38 @@ class Heavy:
 
 
 @dataclass(frozen=True, eq=False)
+class _Blocks:
+    """Some of them side by side; `block` (m,) is which of them each coefficient is of, `tail` (k,) is of each."""
+
+    design: Array
+    variance: Array
+    block: Integers
+    tail: Array
+
+    @classmethod
+    def of(cls, heavy: Sequence[Heavy]) -> "_Blocks":
+        sizes = [len(one.variance) for one in heavy]
+        return cls(
+            np.hstack([one.design for one in heavy]),
+            np.concatenate([one.variance for one in heavy]),
+            np.repeat(np.arange(len(heavy)), sizes),
+            np.array([one.tail for one in heavy]),
+        )
+
+    def more_mm2(self, scales: Array) -> Array:
+        """Returns by how much the covariance of the values grows with scales (k,), (n, n)."""
+        return np.asarray((self.design * ((scales[self.block] - 1.0) * self.variance)) @ self.design.T)
+
+    def next_scales(self, scales: Array, solved: Array, inverse: Array) -> Array:
+        """Returns the next ones, from what coefficients of the variance scale·σ² are given the values, (k,)."""
+        variance = scales[self.block] * self.variance
+        mean = variance * (self.design.T @ solved)
+        left = variance - variance**2 * np.einsum("ij,ij->j", self.design, inverse @ self.design)
+        squares = np.bincount(self.block, (mean**2 + left) / self.variance)
+        return np.asarray((self.tail + squares) / (self.tail + np.bincount(self.block)))
+
+
+@dataclass(frozen=True, eq=False)
 class Weighted:
     """`factor`: the lower Cholesky factor (n, n) of the values' covariance with weights and scales in it.
 
@@ -100,15 +132,15 @@ class Weighted:
     left_out_u_mm: Array
 
 
-def plain(covariance_mm2: Array, off_mm: Array, heavy: int = 0) -> Weighted:
-    """Returns weights for all n values good and all scales 1.
+def plain(covariance_mm2: Array, off_mm: Array) -> Weighted:
+    """Returns weights for all n values good.
 
     With P = V⁻¹ the prediction of value i from all others misses by (P e)_i / P_ii, with the variance 1 / P_ii.
     """
     factor, inverse = _inverted(covariance_mm2)
     precision = np.diag(inverse)
     left_out = (inverse @ off_mm) / precision
-    return Weighted(factor, np.ones(heavy), np.zeros(len(off_mm)), left_out, 1.0 / np.sqrt(precision))
+    return Weighted(factor, np.zeros(0), np.zeros(len(off_mm)), left_out, 1.0 / np.sqrt(precision))
 
 
 def weighted(
@@ -116,25 +148,25 @@ def weighted(
 ) -> Weighted:
     """Of n values that are `off_mm` (n,) from what is expected, with the noise (n,) in their covariance (n, n)."""
     gross, scales = np.zeros(len(off_mm)), np.ones(len(heavy))
+    blocks = _Blocks.of(heavy) if heavy else None
+    more, bad_mm2 = np.zeros(len(off_mm)), (catalogue.gross_factor**2 - 1.0) * noise_mm2
+    prior = np.log(catalogue.gross / (1.0 - catalogue.gross))
     for k in range(ROUNDS):
-        more = more_noise(noise_mm2, gross, catalogue)
-        covariance = covariance_mm2 + np.diag(more)
-        for one, scale in zip(heavy, scales, strict=True):
-            covariance += (one.design * ((scale - 1.0) * one.variance)) @ one.design.T
+        covariance = covariance_mm2.copy() if blocks is None else covariance_mm2 + blocks.more_mm2(scales)
+        np.einsum("ii->i", covariance)[:] += more
         factor, inverse = _inverted(covariance)
         solved, precision = inverse @ off_mm, np.diag(inverse)
         left_out, good = solved / precision, np.maximum(1.0 / precision - more, noise_mm2)
-        squared = left_out**2
-        bad = good + (catalogue.gross_factor**2 - 1.0) * noise_mm2
-        odds = np.log(catalogue.gross / (1.0 - catalogue.gross))
-        odds = odds + 0.5 * (np.log(good / bad) + squared / good - squared / bad)
-        new = np.asarray(1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0))))
-        wider = np.array([_scale(one, scale, solved, inverse) for one, scale in zip(heavy, scales, strict=True)])
+        squared, bad = left_out**2, good + bad_mm2
+        odds = prior + 0.5 * (np.log(good / bad) + squared / good - squared / bad)
+        new = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+        wider = scales if blocks is None else blocks.next_scales(scales, solved, inverse)
         stands = np.max(np.abs(new - gross), initial=0.0) < STANDS
         stands = stands and np.max(np.abs(wider / scales - 1.0), initial=0.0) < STANDS
         if stands or k == ROUNDS - 1:  # scales and weights that stay are those of the factor
             break
         gross, scales = 0.5 * (gross + new), wider
+        more = more_noise(noise_mm2, gross, catalogue)
     return Weighted(factor, scales, gross, left_out, np.sqrt(good))
 
 
@@ -143,19 +175,14 @@ def more_noise(noise_mm2: Array, gross: Array, catalogue: Catalogue) -> Array:
     return np.asarray(noise_mm2 * (1.0 / (1.0 - gross + gross / catalogue.gross_factor**2) - 1.0))
 
 
-def _scale(heavy: Heavy, scale: float, solved: Array, inverse: Array) -> float:
-    """The next scale, from what coefficients of the variance scale·σ² are given the values."""
-    variance = scale * heavy.variance
-    mean = variance * (heavy.design.T @ solved)
-    left = variance - variance**2 * np.einsum("ij,ij->j", heavy.design, inverse @ heavy.design)
-    return float((heavy.tail + np.sum((mean**2 + left) / heavy.variance)) / (heavy.tail + len(variance)))
-
-
 def _inverted(covariance: Array) -> tuple[Array, Array]:
     """Lower Cholesky factor and inverse, (n, n) each."""
     if not len(covariance):  # LAPACK takes no empty matrix and prints that on stderr
         return covariance, covariance
-    factor = cholesky(covariance, lower=True, check_finite=False)
+    factor, failed = lapack.dpotrf(covariance, lower=True, clean=True)
+    if failed:
+        raise np.linalg.LinAlgError("a covariance is not positive definite")
     inverse = lapack.dpotri(factor, lower=True)[0]
-    inverse = np.tril(inverse) + np.tril(inverse, -1).T
+    inverse += inverse.T
+    np.einsum("ii->i", inverse)[:] *= 0.5
     return factor, inverse

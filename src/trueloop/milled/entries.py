@@ -18,8 +18,8 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Judgement
+from trueloop.estimate.history import after_parts
 from trueloop.estimate.sizes import fitted_sizes
-from trueloop.estimate.state import Key, State
 from trueloop.milled.entry import PARTS_FOR_SIZES, PLAINEST, SHOWS, Contradictory, Entered, Entry, Part, odd_on_parts
 from trueloop.milled.observed import LASTING, ObservedSize, milled_catalogue, odd_features, places_of
 from trueloop.statistics import rms
@@ -98,11 +98,10 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     readings = Counter(one.name for part in parts for one in part.shown)
     values = [part.as_first_set() for part in parts]
     sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
-    state, scales = State.before(catalogue, sizes), dict[Key, float]()
-    for one in values:
-        updated = state.given(one)
-        scales = {key: scale for key, scale in scales.items() if key[0] in LASTING} | dict(updated.scales)
-        state = updated.state.without_parts()
+    known = after_parts(catalogue, sizes, [[one] for one in values])
+    *earlier, shows = [one.scales for of_part in known.taken for one in of_part]
+    scales = {key: scale for one in earlier for key, scale in one.items() if key[0] in LASTING} | dict(shows)
+    state = known.state
     places, functional = places_of(tuple(shown.values()), part_type, int(last.observed.places.number("part")[0]) + 1)
     unlike = {**odd_features(scales), **odd[-1]}
     alike = [

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.errors import Code
+from trueloop.estimate.history import after_parts
 from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import State, Updated
@@ -182,10 +183,8 @@ def odd_on_parts(parts: Sequence[Part], possible: Sequence[Entry]) -> list[dict[
     """
     values, found_odd = [part.as_first_set() for part in parts], [dict[str, None]()]
     for k in range(1, len(parts)):
-        state = State.before(milled_catalogue(), _sizes_before(parts[:k]))
-        for one in values[:k]:
-            state = state.given(one).state.without_parts()
-        part, updated = parts[k], state.given(values[k])
+        before = after_parts(milled_catalogue(), _sizes_before(parts[:k]), [[one] for one in values[:k]])
+        part, updated = parts[k], before.state.given(values[k])
         found = [
             (slip, seen)
             for slip in _slips(part.in_force, parts[k - 1].in_force)

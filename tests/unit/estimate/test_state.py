@@ -8,12 +8,15 @@ import pytest
 from tests.support.cut_places import CYLINDER, FACE, places, touches
 from trueloop.arrays import Array
 from trueloop.estimate.catalogue import turned_catalogue
+from trueloop.estimate.history import Taken, after_parts
 from trueloop.estimate.places import Observed, Places, joined, together
 from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Prior, Term
 
 CATALOGUE = turned_catalogue()
 ANGLES = np.linspace(FACE, CYLINDER, 9)
+SPREAD = 0.7 * np.random.default_rng(9).normal(size=(6, len(CATALOGUE.priors)))
+"""Logarithms by which sizes differ from their medians, for six histories."""
 
 
 def offset_only(step: float = 0.0) -> Catalogue:
@@ -96,19 +99,75 @@ def test_one_more_touch_never_widens_a_band() -> None:
         before = after
 
 
-def test_parts_that_are_over_leave_what_lasts_and_the_state_does_not_grow() -> None:
-    state, kept = State.before(CATALOGUE), []
+def history_of(seed: int) -> list[list[Observed]]:
+    """Nine parts of three types by two edges of a tool, both cuts of most: some measured from a first face, some with a
+    gross touch, with a feature that is off by 50 µm or an entry that nobody stated, each cut with a correction.
+    """
+    rng, cuts = np.random.default_rng(seed), list[list[Observed]]()
+    for part in (1, 2, 4, 7, 8, 9, 11, 14, 15):
+        kind, edge = f"t{rng.integers(3)}", "first" if part < 9 else "second"
+        number = 5 + int(kind[1])
+        angle, group = np.linspace(FACE, CYLINDER, 3 * number), np.repeat(np.arange(3), number)
+        share, moved = np.tile(np.linspace(0.1, 0.9, number), 3), rng.normal(0, 5, 3)
+        cuts.append([])
+        for finish in (False, True)[: 1 + (rng.random() < 0.8)]:
+            at = places(angle, 30 * np.cos(angle), share, group, part=part, finish=finish, edge=edge, part_type=kind)
+            taken_off = np.full(len(at), rng.normal(0, 0.01) * finish)
+            at = Places({**at.columns, "taken_off_mm": taken_off, "setting": np.full(len(at), f"{edge} {part // 5}")})
+            error = 15 * np.sin(2 * angle + 0.1 * part) + moved[0] * np.sin(angle) + rng.normal(0, 1.5, len(at))
+            error += 60.0 * (np.arange(len(at)) == rng.integers(60)) + (rng.random() < 0.2) * 50.0 * (group == 1)
+            error += finish * (rng.random() < 0.3) * 20.0 * np.sin(angle)
+            seen = touches(at, error, 0.5)
+            if rng.random() < 0.3:
+                from_first = np.eye(len(at))[1:] - np.eye(len(at))[0]
+                shared = np.full((len(at) - 1,) * 2, 0.25e-6)
+                seen = Observed(at, seen.value_mm[1:] - seen.value_mm[0], seen.standard_u_mm[1:], from_first, shared)
+            cuts[-1].append(seen)
+    return cuts
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_parts_known_beforehand_are_taken_in_as_one_after_the_other(seed: int) -> None:
+    """To a millionth of a nanometre: weights, scales, what is left of every value, and the next part of each type, also
+    where the state keeps what is of that part alone.
+    """
+    catalogue, parts = turned_catalogue(several_edges=True), history_of(seed)
+    sizes = {
+        name: size * factor
+        for (name, size), factor in zip(catalogue.medians.items(), np.exp(SPREAD[seed]), strict=True)
+    }
+    plain, taken = State.before(catalogue, sizes), list[Taken]()
+    for one in (cut for part in parts for cut in part):
+        updated = plain.given(one)
+        plain, noise = updated.state, np.diag(plain.noise_mm2(one))
+        left = one.value_mm - one.of(plain.design(one.places)) @ plain.mean
+        taken.append(Taken(updated.gross, noise, left, updated.scales))
+    whole = after_parts(catalogue, sizes, parts)
+    for found, expected in zip((one for part in whole.taken for one in part), taken, strict=True):
+        assert found.gross == pytest.approx(expected.gross, abs=1e-9)
+        assert found.left_mm == pytest.approx(expected.left_mm, abs=1e-12)
+        assert found.noise_mm2 == pytest.approx(expected.noise_mm2, rel=1e-12)
+        assert all(scale == pytest.approx(expected.scales[key], rel=1e-8) for key, scale in found.scales.items())
+        assert {key for key, scale in expected.scales.items() if abs(scale - 1.0) > 1e-9} <= found.scales.keys()
+    for kind in ("t0", "t1", "t2", "new"):
+        kept = {"part_type": {kind}, "edge": {"second"}, "setting": {"second 3"}}
+        of_kind = after_parts(catalogue, sizes, parts, kept).state
+        assert len(of_kind.mean) < len(whole.state.mean)
+        for finish in (False, True):
+            at = places(np.linspace(0, 2, 9), 7, 0.37, 1, part=16, finish=finish, edge="second", part_type=kind)
+            at = Places({**at.columns, "setting": np.full(len(at), "second 3")})
+            by_all = plain.predict(at)
+            for predicted in (whole.state.predict(at), of_kind.predict(at)):
+                assert predicted.mean_mm == pytest.approx(by_all.mean_mm, abs=1e-12)
+                assert predicted.standard_u_mm == pytest.approx(by_all.standard_u_mm, abs=1e-12)
+                assert predicted.covariance_mm2 == pytest.approx(by_all.covariance_mm2, abs=1e-14)
+
+
+def test_the_state_does_not_grow_with_the_parts() -> None:
     rng = np.random.default_rng(2)
-    with_parts = state
-    for k in range(1, 7):
-        seen = touches(places(ANGLES, part=k), 15 + rng.normal(0, 2, 9), 0.5)
-        with_parts = with_parts.given(seen, robust=False).state
-        state = state.given(seen, robust=False).state.without_parts()
-        kept.append(len(state.mean))
-    asked = places(ANGLES, part=7, finish=True)
-    assert len(set(kept)) == 1
-    assert state.predict(asked).mean_mm == pytest.approx(with_parts.predict(asked).mean_mm, abs=1e-8)
-    assert state.predict(asked).covariance_mm2 == pytest.approx(with_parts.predict(asked).covariance_mm2, abs=1e-10)
+    seen = [[touches(places(ANGLES, part=k), 15 + rng.normal(0, 2, 9), 0.5)] for k in range(1, 30)]
+    one, many = (after_parts(CATALOGUE, CATALOGUE.medians, parts).state for parts in (seen[:1], seen))
+    assert one.blocks == many.blocks and len(one.mean) == len(many.mean)
 
 
 def test_what_is_measured_from_a_reference_face_knows_nothing_of_z() -> None:
@@ -131,7 +190,8 @@ def test_shares_of_the_terms_add_up() -> None:
 
 
 def test_a_new_insert_has_an_unknown_nose() -> None:
-    state = State.before(CATALOGUE).given(touches(places(ANGLES), np.linspace(30, 10, 9), 0.5)).state.without_parts()
+    seen = touches(places(ANGLES), np.linspace(30, 10, 9), 0.5)
+    state = after_parts(CATALOGUE, CATALOGUE.medians, [[seen]]).state
     asked, new = places(ANGLES, part=2), places(ANGLES, part=2, edge="new")
     assert np.all(state.predict(new).standard_u_mm > state.predict(asked).standard_u_mm)
 

@@ -121,7 +121,8 @@ class _AllParts:
 
     def __init__(self, parts: Sequence[MadePart], contact_angle_rad: Array) -> None:
         next_part = replace(_bare(parts[-1]), serial="\x00", order=parts[-1].order)
-        self._known = known_edge(parts, next_part, CutErrors.asked(contact_angle_rad))
+        types = {part.part_type for part in parts}
+        self._known = known_edge(parts, next_part, CutErrors.asked(contact_angle_rad), types)
         self.left_mm = np.concatenate([left for part in self._known.left_mm for left in part])
 
     def of(self, names: Sequence[str], at: CutErrors, part_type: str) -> Learned:

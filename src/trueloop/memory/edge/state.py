@@ -1,6 +1,6 @@
 """The state of an edge: the terms of the error (`estimate`) as determined from its parts, one after the other."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import radians
 from typing import Annotated, Final
@@ -10,6 +10,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.option import MemoryUse, Option
 from trueloop.estimate.catalogue import turned_catalogue
+from trueloop.estimate.history import History, after_parts
 from trueloop.estimate.places import Observed, Places, joined
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import State
@@ -96,9 +97,12 @@ class KnownEdge:
         return places_of(self.part, self.age, errors, finish, taken_off_mm)
 
 
-def known_edge(history: Sequence[MadePart], part: MadePart, asked: CutErrors | None = None) -> KnownEdge:
-    """Returns the state known from earlier parts, in cutting order, before `part`. `asked`: further places to be
-    predicted.
+def known_edge(
+    history: Sequence[MadePart], part: MadePart, asked: CutErrors | None = None, part_types: Collection[str] = ()
+) -> KnownEdge:
+    """Returns the state known from earlier parts, in cutting order, before `part`: of its type, edge and setting.
+
+    `asked`: further places to be predicted; `part_types`: further types whose own terms stay in the state.
     """
     parts = [*history, part]
     # The age of its edge at each part, in parts of mean duration, counted from the edge's first of these: by minutes in
@@ -113,45 +117,37 @@ def known_edge(history: Sequence[MadePart], part: MadePart, asked: CutErrors | N
     catalogue = turned_catalogue(
         ROUND_RAD * float(low), ROUND_RAD * float(high), several_edges=(len({one.edge for one in parts}) > 1)
     )
+    kept = {"part_type": {part.part_type, *part_types}, "edge": {part.edge}, "setting": {part.setting}}
     found = _LATEST[-1] if _LATEST else None
-    if found is None or not found.is_of(history, ages[:-1], catalogue):
-        found = _learned(history, ages[:-1], catalogue)
+    if found is None or not found.is_of(history, ages[:-1], catalogue, kept):
+        cuts = [observed(one, age) for one, age in zip(history, ages, strict=False)]
+        after = after_parts(catalogue, sizes_of(catalogue, cuts), cuts, kept)
+        found = _Learned(tuple(history), ages[:-1], catalogue, kept, after)
         _LATEST[:] = [found]
-    return KnownEdge(found.state, part, float(ages[-1]), found.left_mm)
+    left_mm = tuple(tuple(one.left_mm for one in of_part) for of_part in found.after.taken)
+    return KnownEdge(found.after.state, part, float(ages[-1]), left_mm)
 
 
 @dataclass(frozen=True, eq=False)
 class _Learned:
-    """The state after earlier parts of these ages; `left_mm` as in `KnownEdge`."""
+    """The state after earlier parts of these ages, with what is `kept` of single labels."""
 
     history: tuple[MadePart, ...]
     ages: Array
     catalogue: Catalogue
-    state: State
-    left_mm: tuple[tuple[Array, ...], ...]
+    kept: Mapping[str, Collection[str]]
+    after: History
 
-    def is_of(self, history: Sequence[MadePart], ages: Array, catalogue: Catalogue) -> bool:
+    def is_of(
+        self, history: Sequence[MadePart], ages: Array, catalogue: Catalogue, kept: Mapping[str, Collection[str]]
+    ) -> bool:
         """Returns whether these very parts are behind it."""
-        same = catalogue is self.catalogue and np.array_equal(ages, self.ages)
+        same = catalogue is self.catalogue and kept == self.kept and np.array_equal(ages, self.ages)
         return same and all(one is other for one, other in zip(history, self.history, strict=True))
 
 
 _LATEST: Final = list[_Learned]()
 """The latest one at most: alarms, prediction and sources of error of one part follow from one state."""
-
-
-def _learned(history: Sequence[MadePart], ages: Array, catalogue: Catalogue) -> _Learned:
-    cuts = [observed(one, age) for one, age in zip(history, ages, strict=True)]
-    state = State.before(catalogue, sizes_of(catalogue, cuts))
-    left = []
-    for one in cuts:
-        of_part = []
-        for cut in one:
-            state = state.given(cut).state
-            of_part.append(cut.value_mm - cut.of(state.design(cut.places)) @ state.mean)
-        left.append(tuple(of_part))
-        state = state.without_parts()
-    return _Learned(tuple(history), ages, catalogue, state, tuple(left))
 
 
 def observed(part: MadePart, age: float) -> list[Observed]:

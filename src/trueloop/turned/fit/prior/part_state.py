@@ -24,6 +24,7 @@ from scipy.special import chdtrc
 
 from trueloop.arrays import Array
 from trueloop.estimate.catalogue import PRIORS, turned_catalogue
+from trueloop.estimate.history import after_parts
 from trueloop.estimate.places import Observed, Places, joined
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import Normal, State, Updated
@@ -233,15 +234,13 @@ def series_state(profile: Profile, parts: Sequence[ErrorVectors]) -> SeriesState
     """
     observed = [_unworn(observed_of(profile, one, float(k))[1]) for k, one in enumerate(parts)]
     catalogue = catalogue_of(profile, drifting=True)
-    state = State.before(catalogue, fitted_sizes(catalogue, observed[:-1][-FITTED_PARTS:]))
-    for one in observed[:-1]:
-        state = state.given(one).state.without_parts()
-    updated = state.given(observed[-1])
+    sizes = fitted_sizes(catalogue, observed[:-1][-FITTED_PARTS:])
+    updated = after_parts(catalogue, sizes, [[one] for one in observed[:-1]]).state.given(observed[-1])
     off = updated.innovation
     squares = float(off.mean_mm @ np.linalg.solve(off.covariance_mm2, off.mean_mm))
     if chdtrc(len(off.mean_mm), squares) < BY_CHANCE:
         return None
-    return SeriesState(profile, parts[-1], updated.state.without_parts(), len(parts))
+    return SeriesState(profile, parts[-1], updated.state, len(parts))
 
 
 def _worn_mm(places: Places) -> Array:
