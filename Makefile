@@ -33,7 +33,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface demo-memory demo-realtime demo-factory docs web wheel test test-corpus test-journeys studies check format bench fuzz miri setup clean
+.PHONY: help demo demo-surface demo-memory demo-realtime demo-factory docs web wheel wheels test test-corpus test-journeys studies check format bench fuzz miri setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -81,6 +81,11 @@ docs: $(MANUAL) ## the manual as a site that `trueloop docs` shows, in src/truel
 wheel: $(SETUP) $(PAGES) $(MANUAL) ## what other computers install, in dist/: needs neither Rust nor Node there
 	@$(RUN)maturin build --release --locked --quiet --out dist
 	@ls dist/*.whl
+
+wheels: $(SETUP) $(PAGES) $(MANUAL) ## the same for Linux (glibc 2.28, musl; x86_64, aarch64), macOS and Windows, in dist/
+	@scripts/debian-packages.sh gcc-mingw-w64-x86-64-posix
+	@UV_PROJECT_ENVIRONMENT=$(VENV) UV_PYTHON_DOWNLOADS=never $(RUN)uv sync --quiet --frozen --inexact --group wheels
+	@scripts/wheels.sh
 
 demo: $(SETUP) ## the main job: touches of a semi-finished part to a corrected finish program, in out/
 	@$(RUN)trueloop demo $(PART)

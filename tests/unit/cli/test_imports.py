@@ -49,3 +49,20 @@ def test_a_command_imports_none_of_the_others(command: str, own: str) -> None:
     others = {"trueloop.cli.machine", "trueloop.cli.series", "trueloop.cli.db", "trueloop.cli.surface"}
     found = loaded(command, "--help")
     assert own in found and not others & found
+
+
+WITHOUT_POSIX = """
+import importlib, pkgutil, sys
+for name in ("fcntl", "grp", "pwd", "resource", "termios"):
+    sys.modules[name] = None
+import trueloop
+under_another_python = ("read_status", "read_streams", "migrations.env")
+for module in pkgutil.walk_packages(trueloop.__path__, "trueloop."):
+    if not module.name.endswith(under_another_python):
+        importlib.import_module(module.name)
+"""
+
+
+def test_every_module_is_imported_where_the_system_is_windows() -> None:
+    """Service and links to controls run there; what needs Linux is refused when it is called."""
+    subprocess.run([sys.executable, "-c", WITHOUT_POSIX], capture_output=True, text=True, check=True)

@@ -1,8 +1,8 @@
 """A cell's facts, on disk before it acts on them: one line a fact, with a checksum, never changed."""
 
-import fcntl
 import json
 import os
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
@@ -32,7 +32,13 @@ class Journal:
     """The one writer of a journal. `entries` are all of them; `torn`: what a crash left of a last line."""
 
     def __init__(self, file: Path) -> None:
-        """Opens or begins it. Raises CEL-JOURNAL where another client has it, or a line before the last is damaged."""
+        """Opens or begins it. Raises CEL-JOURNAL where another client has it, a line before the last is damaged, or the
+        system is Windows.
+        """
+        if sys.platform == "win32":
+            raise _refused(file, "a cell runs on Linux alone", "start it on the computer of the machine's LinuxCNC")
+        import fcntl
+
         self.file = file
         try:
             self._fd = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)

@@ -1,7 +1,7 @@
 """Sensors that send lines of text at a serial port, or answer a question with one."""
 
 import re
-import termios
+import sys
 import threading
 import time
 from collections.abc import Mapping
@@ -54,7 +54,7 @@ class SerialLines:
         try:
             with opened as port:
                 self._read(port, intake, stop)
-        except termios.error as error:  # is not an OSError
+        except _port_error() as error:
             raise OSError(f"{self.port} went away: {error}") from error
 
     def _read(self, port: Any, intake: Intake, stop: threading.Event) -> None:
@@ -77,6 +77,15 @@ class SerialLines:
         for name, part in self.parts.items():
             if (value := part.value(text)) is not None:
                 intake.put(name, value, now_s)
+
+
+def _port_error() -> type[Exception]:
+    """Returns what a read raises where the device was unplugged; of termios it is not an OSError."""
+    if sys.platform == "win32":
+        return OSError
+    import termios
+
+    return termios.error
 
 
 def pyserial() -> Any:
