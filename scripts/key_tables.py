@@ -5,6 +5,7 @@ A page has a heading for each table of a file, and below it the table of its key
 
 import json
 import re
+from collections.abc import Collection
 from enum import Enum
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -103,13 +104,16 @@ def page(name: str) -> str:
         section = re.search(rf"#+ `{re.escape(heading)}`\n(?:(?!#|\|).*\n)*((?:\|.*\n)+)", text)
         if section is None:
             raise ValueError(f"{name}: no heading `{heading}` with a table below it")
-        text = text[: section.start(1)] + key_table(model) + text[section.end(1) :]
+        wider = [other for other in TABLES[name].values() if other is not model and issubclass(model, other)]
+        above = {row(other, key) for other in wider for key in other.model_fields}
+        text = text[: section.start(1)] + key_table(model, above) + text[section.end(1) :]
     return text
 
 
-def key_table(model: type[BaseModel]) -> str:
-    """Key, unit, default and meaning of every key, as a table in Markdown."""
-    return HEAD + "".join(row(model, key) for key in model.model_fields)
+def key_table(model: type[BaseModel], above: Collection[str] = ()) -> str:
+    """Returns key, unit, default and meaning of every key as a table in Markdown, without the rows that stand above."""
+    rows = (row(model, key) for key in model.model_fields)
+    return HEAD + "".join(line for line in rows if line not in above)
 
 
 def schema(name: str) -> str:

@@ -5,6 +5,7 @@ blocks still in use stay, and with many clients at once they grow for hours, tho
 """
 
 import ctypes
+import sys
 from threading import Event, Thread
 from typing import Final
 
@@ -34,7 +35,9 @@ def _give_back_often(stopping: Event) -> None:
 
 
 def _call(name: str, *values: int) -> None:
-    """Nothing with a C library that has no such call."""
+    """Nothing with a C library that has no such call. On Windows a library has a name: none is looked into."""
+    if sys.platform == "win32":
+        return
     call = getattr(ctypes.CDLL(None), name, None)
     if call is not None:
         call(*values)

@@ -22,12 +22,13 @@ Row = tuple[str, str, str]
 
 
 def sections() -> dict[str, dict[str, Row]]:
-    """Heading → key → (unit, default, meaning)."""
+    """Heading → key → (unit, default, meaning). Those of `[tool]` are also keys of `[[tools]]`."""
     found: dict[str, dict[str, Row]] = {}
     for part in PAGE.split("\n## ")[1:]:
         rows = [ROW.fullmatch(line) for line in part.splitlines()]
         found[part.splitlines()[0].strip("`")] = {row[1]: (row[2], row[3], row[4]) for row in rows if row}
-    return found
+    assert "has the keys of [`[tool]`](#tool), and:" in " ".join(PAGE.split())
+    return {**found, "[[tools]]": {**found["[tool]"], **found["[[tools]]"]}}
 
 
 def written_default(field: FieldInfo) -> object:
