@@ -1,8 +1,13 @@
 """What the service asks of the C library's heap; each in a process of its own, as other tests leave heaps and holes."""
 
+import ctypes
 import subprocess
 import sys
 from typing import Final
+
+import pytest
+
+from trueloop.server import heap
 
 BLOCK: Final = 4000  # bytes: of the C library's heap, neither of Python's own pools nor pages mapped for one block
 HOLES: Final = f"""
@@ -61,3 +66,11 @@ def test_what_lies_below_a_block_in_use_goes_back() -> None:
 
 def test_threads_share_one_heap() -> None:
     assert _heaps(shared=True) == 1 < _heaps(shared=False)
+
+
+def test_on_windows_no_library_is_looked_into(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`CDLL(None)`, the program itself, is a TypeError there."""
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(ctypes, "CDLL", None)
+    heap.share_one()
+    heap.give_back()
