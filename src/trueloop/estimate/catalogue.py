@@ -20,7 +20,7 @@ may be off by much (`TAIL`), that a cut differs near the axis (`axis`), and the 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Final
 
 import numpy as np
@@ -58,7 +58,7 @@ class Waves:
         """Returns the number m of functions."""
         return math.ceil(FINENESS * 2.0 * self._half / (0.7 * self.length))
 
-    @property
+    @cached_property
     def frequency(self) -> Array:
         """Returns the angular frequencies, (m,)."""
         return np.asarray(np.arange(1, self.count + 1) * (math.pi / (2.0 * self._half)), dtype=np.float64)

@@ -68,7 +68,7 @@ def after_parts(
 
 
 @dataclass(frozen=True, eq=False)
-class _Group:
+class Group:
     """Coefficients of all terms of one label, (m,), and the places that follow them by `design`, part after part.
 
     `keys` has the place of each block among them; the first `single` of them stay as they are in the state: they walk,
@@ -109,7 +109,7 @@ class _Group:
         return every
 
 
-def _groups(catalogue: Catalogue, sizes: Sizes, wholes: Sequence[Observed]) -> list[_Group]:
+def groups_of(catalogue: Catalogue, sizes: Sizes, wholes: Sequence[Observed]) -> list[Group]:
     """Returns the groups in the order in which parts come to them."""
     places = joined([one.places for one in wholes])
     starts = np.cumsum([0, *(len(one.places) for one in wholes)])
@@ -119,7 +119,7 @@ def _groups(catalogue: Catalogue, sizes: Sizes, wholes: Sequence[Observed]) -> l
         for label, rows in places.groups(term.scope).items():
             of = (term.scope[at], label[at]) if label else ("", None)
             found.setdefault(of, {})[term.name, *label] = (term, rows)
-    values, groups = {term.name: term.basis(places) for term in catalogue.terms}, list[_Group]()
+    values, groups = {term.name: term.basis(places) for term in catalogue.terms}, list[Group]()
     for (column, name), blocks in found.items():
         rows = places.groups((column,))[name,] if column else np.arange(len(places))
         spreads = [term.spread(sizes) for term, _ in blocks.values()]
@@ -129,7 +129,7 @@ def _groups(catalogue: Catalogue, sizes: Sizes, wholes: Sequence[Observed]) -> l
         for key, (term, mine) in blocks.items():
             design[np.searchsorted(rows, mine), keys[key]] = values[term.name][mine]
         groups.append(
-            _Group(
+            Group(
                 column=column,
                 label=name,
                 rows=rows,
@@ -165,13 +165,13 @@ class _Lasting:
     the others. `shown` are the matrices by which the values of its parts follow these.
     """
 
-    group: _Group
+    group: Group
     where: slice
     followed: Array
     shown: Mapping[int, Array]
 
     @classmethod
-    def of(cls, group: _Group, start: int, wholes: Sequence[Observed]) -> "_Lasting":
+    def of(cls, group: Group, start: int, wholes: Sequence[Observed]) -> "_Lasting":
         """Returns the group with its first coefficient at `start`."""
         single = group.single
         shown = {k: group.shown(k, wholes[k]) for k in group.parts}
@@ -208,8 +208,8 @@ class _Going:
 
     def __init__(self, catalogue: Catalogue, sizes: Sizes, wholes: Sequence[Observed]) -> None:
         self._before, self._wholes = State.before(catalogue, sizes), wholes
-        self._own, self._lasting = [list[_Group]() for _ in wholes], list[_Lasting]()
-        for group in _groups(catalogue, sizes, wholes):
+        self._own, self._lasting = [list[Group]() for _ in wholes], list[_Lasting]()
+        for group in groups_of(catalogue, sizes, wholes):
             if group.column == PART:
                 for k in group.parts:
                     self._own[k].append(group)
@@ -316,7 +316,7 @@ class _Displaced:
     where: slice | None
 
 
-def _heavy_of(own: Sequence[tuple[_Group, Array]]) -> Iterator[_Displaced]:
+def _heavy_of(own: Sequence[tuple[Group, Array]]) -> Iterator[_Displaced]:
     for group, shown in own:
         for key, tail in group.heavy.items():
             columns = group.keys[key]

@@ -9,17 +9,18 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, Final, TypeAlias
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from trueloop.arrays import Array
-from trueloop.estimate.history import after_parts
-from trueloop.estimate.places import Observed, Places, together
+from trueloop.arrays import Array, Integers
+from trueloop.estimate.history import Group, after_parts, groups_of
+from trueloop.estimate.places import Observed, joined, together
 from trueloop.estimate.state import JITTER_MM2, Key
-from trueloop.estimate.term import PART, Catalogue, Sizes, Term
+from trueloop.estimate.term import PART, Catalogue, Sizes
 from trueloop.estimate.weights import more_noise
 
 Row: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
@@ -104,57 +105,14 @@ def _most_probable(badness: "Badness", catalogue: Catalogue, start: Sizes, round
 
 
 @dataclass(frozen=True, eq=False)
-class _Block:
-    """Coefficients of one term and scope: by how much k rows follow them (k, m), and where in a matrix these rows and
-    their columns are: as a view of it where they stand side by side, which takes a tenth of the time.
-
-    `earliest` (k, k): of two rows, the earlier time of the term's clock, since the first; 1 of a term without a walk.
+class _Columns:
+    """The matrix `design` (k, m) by which `rows` of the values follow coefficients, or scatter, of the variances
+    `which` (m,).
     """
 
-    where: tuple[Any, ...]
+    rows: slice | Integers
     design: Array
-    earliest: Array
-
-
-@dataclass(frozen=True, eq=False)
-class _Scatter:
-    """The scatter of the cut from place to place: N places of few variances, of each of which the values follow a
-    sum.
-
-    `places` are one of each variance, (c,), `shares` by how much the values' covariance grows with it, (n, n) each.
-    """
-
-    catalogue: Catalogue
-    places: Places
-    shares: tuple[Array, ...]
-
-    @classmethod
-    def of(cls, catalogue: Catalogue, observed: Observed) -> "_Scatter":
-        """Returns those of observations: places alike for two sets of sizes that differ in each are alike for all."""
-        logarithms = catalogue.logarithms(catalogue.medians)
-        other = catalogue.sizes(logarithms + 0.01 * np.arange(1, len(logarithms) + 1))
-        seen = [catalogue.repeatability_mm2(observed.places, sizes) for sizes in (catalogue.medians, other)]
-        _, first, of_place = np.unique(np.array(seen), axis=1, return_index=True, return_inverse=True)
-        shares = []
-        for k in range(len(first)):
-            mine = of_place.reshape(-1) == k
-            if observed.functional is None:
-                shares.append(np.diag(mine.astype(np.float64)))
-            else:
-                shares.append(observed.functional[:, mine] @ observed.functional[:, mine].T)
-        return cls(catalogue, observed.places.chosen(first), tuple(shares))
-
-    def variances(self, sizes: Sizes) -> Array:
-        """Returns the variances at the places, (c,)."""
-        return self.catalogue.repeatability_mm2(self.places, sizes)
-
-    def covariance(self, sizes: Sizes) -> Array:
-        """Returns that of the values, (n, n)."""
-        return np.asarray(sum(v * share for v, share in zip(self.variances(sizes), self.shares, strict=True)))
-
-    def pulled(self, pull: Array) -> Array:
-        """Returns ∂(−log p)/∂v of each variance, (c,)."""
-        return np.array([0.5 * float(np.sum(pull * share)) for share in self.shares])
+    which: Integers
 
 
 class Badness:
@@ -167,120 +125,146 @@ class Badness:
         more_mm2: Array | float = 0.0,
         far: Mapping[Key, float] = MappingProxyType({}),
     ) -> None:
-        self._catalogue = catalogue
-        observed = together(parts)
-        self._values = observed.value_mm
-        self._scatter = _Scatter.of(catalogue, observed)
-        self._fixed = observed.instrument_mm2 + np.diag(np.full(len(observed), JITTER_MM2) + more_mm2)
+        from scipy.linalg import block_diag
+
+        self._catalogue, wholes = catalogue, [together(one) for one in _by_part(parts)]
+        self._values = np.concatenate([one.value_mm for one in wholes])
+        self._fixed = block_diag(*(one.instrument_mm2 for one in wholes))
+        self._fixed[np.diag_indices(len(self._values))] += JITTER_MM2 + more_mm2
         self._median = catalogue.logarithms(catalogue.medians)
         self._log_sd = np.array([prior.log_sd for prior in catalogue.priors.values()])
-        every = ((term, _blocks(term, observed, far)) for term in catalogue.terms)
-        self._terms = [(term, blocks) for term, blocks in every if blocks]
-        self._followed = [self._followed_by(variances) for variances in self._variances()]
+        groups = groups_of(catalogue, catalogue.medians, wholes)
+        present = {key[0] for group in groups for key in group.keys}
+        terms = [term for term in catalogue.terms if term.name in present]
+        scatter, of_place = _scatter(catalogue, wholes)
+        walking = {term.name: term.step for term in terms if term.step is not None}
+        self._variances = [*(_squared(term.spread) for term in terms), *map(_squared, walking.values()), scatter]
+        sizes = [len(one(catalogue.medians)) for one in self._variances]
+        ends = np.cumsum([0, *sizes]).tolist()
+        self._ends, (*starts, of_scatter) = ends, ends[:-1]
+        spread = dict(zip((term.name for term in terms), starts, strict=False))
+        step = dict(zip(walking, starts[len(terms) :], strict=True))
+        self._columns = _columns(groups, wholes, (spread, step), far, (of_scatter, of_place))
+        self._followed = [self._followed_by(variances) for variances in self._variances]
 
-    def _variances(self) -> list[Callable[[Sizes], Array]]:
-        """Returns the variances of coefficients and scatter as functions of the sizes, in the order of their slopes."""
-        variances: list[Callable[[Sizes], Array]] = []
-        for term, _ in self._terms:
-            variances.append(_squared(term.spread))
-            if term.step is not None:
-                variances.append(_squared(term.step))
-        return [*variances, self._scatter.variances]
-
-    def _followed_by(self, variances: Callable[[Sizes], Array]) -> list[int]:
-        """Returns which sizes, by index, variances depend on: only these have to be varied for their gradient."""
-        logarithms = self._median.copy()
-        at_median, followed = variances(self._catalogue.sizes(logarithms)), list[int]()
-        for k in range(len(logarithms)):
-            logarithms[k] += 0.1
-            if np.any(variances(self._catalogue.sizes(logarithms)) != at_median):
-                followed.append(k)
-            logarithms[k] = self._median[k]
-        return followed
+    def _followed_by(self, variances: Callable[[Sizes], Array]) -> list[str]:
+        """Returns which sizes variances depend on: only these have to be varied for their gradient."""
+        medians = self._catalogue.medians
+        at_median = variances(medians)
+        return [name for name, size in medians.items() if np.any(variances({**medians, name: 1.1 * size}) != at_median)]
 
     def of(self, logarithms: Row) -> tuple[float, Row]:
         """Returns value and gradient, (k,)."""
         from scipy.linalg import lapack
 
-        sizes, gradient = self._catalogue.sizes(logarithms), np.zeros(len(logarithms))
-        covariance = self._fixed + self._scatter.covariance(sizes)
-        for term, blocks in self._terms:
-            _add(covariance, term.spread(sizes), blocks, walking=False)
-            if term.step is not None:
-                _add(covariance, term.step(sizes), blocks, walking=True)
-        factor, failed = lapack.dpotrf(covariance, lower=True, clean=True)
+        sizes = self._catalogue.sizes(logarithms)
+        variances = [of(sizes) for of in self._variances]
+        spread, covariance = np.sqrt(np.concatenate(variances)), self._fixed.copy()
+        for one in self._columns:
+            scaled = one.design * spread[one.which]
+            covariance[_square(one.rows)] += scaled @ scaled.T
+        factor, failed = lapack.dpotrf(covariance.T, lower=True, clean=True, overwrite_a=True)
         if failed:
             return 1e9, np.zeros_like(logarithms)
-        inverse = lapack.dpotri(factor, lower=True)[0]
-        inverse = np.tril(inverse) + np.tril(inverse, -1).T
-        alpha = inverse @ self._values
-        pull = inverse - np.outer(alpha, alpha)
-        slopes = list[Array]()
-        for term, blocks in self._terms:
-            slopes.append(_pulled(pull, blocks, walking=False))
-            if term.step is not None:
-                slopes.append(_pulled(pull, blocks, walking=True))
-        slopes.append(self._scatter.pulled(pull))
-        beside = [self._beside(logarithms, k) for k in range(len(logarithms))]
-        for variances, slope, followed in zip(self._variances(), slopes, self._followed, strict=True):
-            for k in followed:
-                above, below = beside[k]
-                gradient[k] += float(slope @ (variances(above) - variances(below))) / (2.0 * DIFFERENCE)
+        inverse, _ = lapack.dtrtri(factor, lower=True)  # of the factor
+        solved = inverse @ self._values
+        alpha, slope = inverse.T @ solved, np.zeros(len(spread))
+        for one in self._columns:
+            drawn = inverse[:, one.rows]
+            if len(one.design) < len(one.which):
+                squares = np.einsum("ij,ij->j", one.design, (drawn.T @ drawn) @ one.design)
+            else:
+                squares = np.sum((drawn @ one.design) ** 2, axis=0)
+            own = squares - (alpha[one.rows] @ one.design) ** 2
+            slope += 0.5 * np.bincount(one.which, own, len(slope))
+        gradient = dict.fromkeys(sizes, 0.0)
+        for of, followed, start, end in zip(self._variances, self._followed, self._ends, self._ends[1:], strict=False):
+            for name in followed:
+                above, below = (of({**sizes, name: sizes[name] * math.exp(d)}) for d in (DIFFERENCE, -DIFFERENCE))
+                gradient[name] += float(slope[start:end] @ (above - below)) / (2.0 * DIFFERENCE)
         away = (logarithms - self._median) / self._log_sd
-        value = 0.5 * float(self._values @ alpha) + float(np.sum(np.log(np.diag(factor)))) + 0.5 * float(away @ away)
-        return value, np.asarray(gradient + away / self._log_sd).reshape(len(logarithms))
+        value = 0.5 * float(solved @ solved) + float(np.sum(np.log(np.diag(factor)))) + 0.5 * float(away @ away)
+        return value, np.asarray(np.array([*gradient.values()]) + away / self._log_sd).reshape(len(logarithms))
 
-    def _beside(self, logarithms: Row, k: int) -> tuple[Sizes, Sizes]:
-        """Returns the sizes with the k-th a little larger, and a little smaller."""
-        step = np.zeros(len(logarithms))
-        step[k] = DIFFERENCE
-        return self._catalogue.sizes(logarithms + step), self._catalogue.sizes(logarithms - step)
+
+def _columns(
+    groups: Sequence[Group],
+    wholes: Sequence[Observed],
+    starts: tuple[Mapping[str, int], Mapping[str, int]],
+    far: Mapping[Key, float],
+    scatter: tuple[int, Integers],
+) -> list[_Columns]:
+    """Returns the columns of all terms, those of the same parts side by side.
+
+    `starts`: where variances of a term's coefficients and of their walk begin. A walk is a step between two times one
+    after the other, which all later parts have. `scatter`: where its variances begin, and which each place has.
+    """
+    found, (spread, step), (first, of_place) = dict[tuple[int, ...], list[tuple[Array, Integers]]](), starts, scatter
+    for group in groups:
+        of = found.setdefault(tuple(group.parts), [])
+        shown = np.vstack([group.shown(k, wholes[k]) for k in group.parts])
+        for key, at in group.keys.items():
+            shown[:, at] *= math.sqrt(far.get(key, 1.0))
+        of.append((shown, np.concatenate([spread[k[0]] + np.arange(a.stop - a.start) for k, a in group.keys.items()])))
+        for key, times in group.times.items():
+            own, at = times[group.parts], group.keys[key]
+            of_value = np.repeat(own, [len(wholes[k]) for k in group.parts])[:, None]
+            for since, now in pairwise(np.unique(own).tolist()):
+                stepped = shown[:, at] * (of_value >= now) * math.sqrt(now - since)
+                of.append((stepped, step[key[0]] + np.arange(stepped.shape[1])))
+    place = 0
+    for k, whole in enumerate(wholes):
+        mine = of_place[place : place + len(whole.places)]
+        place += len(whole.places)
+        for one in np.unique(mine):
+            root: Array = np.asarray(np.linalg.qr(whole.matrix[:, mine == one].T, mode="r")).T
+            found.setdefault((k,), []).append((root, np.full(root.shape[1], first + one)))
+    ends = np.cumsum([0, *map(len, wholes)])
+    return [
+        _Columns(
+            _rows(np.concatenate([np.arange(ends[k], ends[k + 1]) for k in parts])),
+            np.hstack([design for design, _ in of]),
+            np.concatenate([which for _, which in of]),
+        )
+        for parts, of in found.items()
+    ]
+
+
+def _scatter(catalogue: Catalogue, wholes: Sequence[Observed]) -> tuple[Callable[[Sizes], Array], Integers]:
+    """Returns the variances by which the cut scatters at all places, few, as a function of the sizes, and which of
+    them each place has: places alike for two sets of sizes that differ in each are alike for all.
+    """
+    places, logarithms = joined([one.places for one in wholes]), catalogue.logarithms(catalogue.medians)
+    other = catalogue.sizes(logarithms + 0.01 * np.arange(1, len(logarithms) + 1))
+    seen = np.array([catalogue.repeatability_mm2(places, sizes) for sizes in (catalogue.medians, other)])
+    _, first, of_place = np.unique(seen, axis=1, return_index=True, return_inverse=True)
+    chosen = places.chosen(first)
+    return lambda sizes: catalogue.repeatability_mm2(chosen, sizes), of_place.reshape(-1)
 
 
 def _squared(spread: Callable[[Sizes], Array]) -> Callable[[Sizes], Array]:
     return lambda sizes: spread(sizes) ** 2
 
 
-def _blocks(term: Term, observed: Observed, far: Mapping[Key, float]) -> list[_Block]:
-    values = term.basis(observed.places)
-    times = None
-    if term.step is not None:
-        which = np.argmax(observed.matrix != 0.0, axis=1)
-        times = observed.places.number(term.clock)[which]
-    found = []
-    for label, mine in observed.places.groups(term.scope).items():
-        at, design = mine, math.sqrt(far.get((term.name, *label), 1.0)) * values[mine]
-        if observed.functional is not None:
-            at, design = np.arange(len(observed)), observed.functional[:, mine] @ design
-        some = np.any(design != 0.0, axis=1)
-        rows, design = at[some], design[some]
-        if len(rows):
-            since = np.ones(1) if times is None else times[rows] - np.min(times[rows])
-            found.append(_Block(_square(rows), design, np.minimum.outer(since, since)))
+def _rows(rows: Integers) -> slice | Integers:
+    """Returns rows side by side as a slice: a view takes a tenth of the time."""
+    together = slice(int(rows[0]), int(rows[-1]) + 1) if len(rows) else slice(0, 0)
+    return together if together.stop - together.start == len(rows) else rows
+
+
+def _square(rows: slice | Integers) -> tuple[Any, ...]:
+    return (rows, rows) if isinstance(rows, slice) else np.ix_(rows, rows)
+
+
+def _by_part(parts: Sequence[Observed]) -> list[list[Observed]]:
+    """Returns observations one after the other that are of one part together."""
+    found: list[list[Observed]] = []
+    for one in parts:
+        if found and _of_one_part(found[-1][-1], one):
+            found[-1].append(one)
+        else:
+            found.append([one])
     return found
-
-
-def _square(rows: np.ndarray[Any, np.dtype[np.intp]]) -> tuple[Any, ...]:
-    together = slice(int(rows[0]), int(rows[-1]) + 1)
-    side_by_side = together.stop - together.start == len(rows)
-    return (together, together) if side_by_side else np.ix_(rows, rows)
-
-
-def _add(covariance: Array, spread: Array, blocks: Sequence[_Block], walking: bool) -> None:
-    for block in blocks:
-        scaled = block.design * spread
-        own = scaled @ scaled.T
-        covariance[block.where] += own * block.earliest if walking else own
-
-
-def _pulled(pull: Array, blocks: Sequence[_Block], walking: bool) -> Array:
-    """Returns ∂(−log p)/∂v of every coefficient's variance, summed over blocks, (m,)."""
-    total = np.zeros(blocks[0].design.shape[1])
-    for block in blocks:
-        own = pull[block.where]
-        own = own * block.earliest if walking else own
-        total += 0.5 * np.einsum("ij,ij->j", own @ block.design, block.design)
-    return total
 
 
 def _outliers(catalogue: Catalogue, sizes: Sizes, parts: Sequence[Observed]) -> tuple[Array, dict[Key, float]]:
@@ -289,13 +273,9 @@ def _outliers(catalogue: Catalogue, sizes: Sizes, parts: Sequence[Observed]) -> 
     bands of features without a touch are known.
     """
     whole = {term.name for term in catalogue.terms if term.scope == (PART,)}
-    by_part: list[list[Observed]] = []
-    for one in parts:
-        if by_part and _of_one_part(by_part[-1][-1], one):
-            by_part[-1].append(one)
-        else:
-            by_part.append([one])
-    found = after_parts(catalogue, sizes, by_part, {column: () for term in catalogue.terms for column in term.scope})
+    found = after_parts(
+        catalogue, sizes, _by_part(parts), {column: () for term in catalogue.terms for column in term.scope}
+    )
     taken = [one for of_part in found.taken for one in of_part]
     more = [more_noise(one.noise_mm2, np.where(one.gross > 0.5, one.gross, 0.0), catalogue) for one in taken]
     far = {k: scale for one in taken for k, scale in one.scales.items() if scale > FAR and k[0] in whole}
