@@ -444,7 +444,7 @@ def test_an_edge_that_is_broken_and_not_drawn_goes_with_what_is_beside_it(tmp_pa
     moves = read_program(compensate(inputs).corrected_program, "fanuc-lathe").run().end_mm[:, [0, 2]]
     (at,) = np.flatnonzero((np.abs(moves[:, 1] + 1.0) < 0.05) & (moves[:, 0] < 13.0))
     assert moves[at].tolist() == pytest.approx([12.0 - 0.0065, -1.0], abs=0.003)
-    assert moves[at - 1].tolist() == pytest.approx([11.0, 0.0], abs=0.01)
+    assert moves[at - 1].tolist() == pytest.approx([11.0 - 0.0065, 0.0], abs=0.0005)
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,7 @@ from trueloop.turned.compensation.targets import (
     end_shifts,
     ends_of,
     replaced_arcs,
+    with_edges,
 )
 from trueloop.turned.program.contour_cycles import finishing_cycle
 from trueloop.turned.program.rapids import with_rapids
@@ -323,8 +324,9 @@ def _targets(
     touched = [touches.arc_length_mm[touches.of_feature(i)] for i in range(len(profile.features))]
     share = writing.chords * (FOR_CHORDS if matched.match.features[0].moves[0].move.on_contour else 1.0)
     fitting = replace(writing.fitting, tolerance_mm=share * writing.fitting.tolerance_mm)
-    bent = bent_lines(cuts, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
-    arcs = replaced_arcs(cuts, [*is_arc, *bent], after, touched, fitting)
+    moved = with_edges(cuts, before, after)
+    bent = bent_lines(moved, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
+    arcs = replaced_arcs(moved, [*is_arc, *bent], after, touched, fitting)
     run_out = [move.index for move in matched.match.run_out]
     targets = displacements(matched.path, start, shifts, arcs, run_out)
     edges = [move.index for move in matched.match.between if move.index in is_arc]

@@ -6,7 +6,7 @@ the part. What the programmer rounded stays rounded; only the difference is adde
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -80,6 +80,28 @@ class CutEnds:
     end_mm: float
 
 
+def with_edges(
+    cuts: Sequence[Cut], commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece]
+) -> tuple[Cut, ...]:
+    """Returns the cuts with their ends on the corrected pieces: where moves that are not drawn break the edge of two
+    features, both of its ends go with the corner.
+    """
+
+    def moved_mm(k: int, other: int) -> float:
+        if not 0 <= other < len(cuts) or _follows(cuts, max(k, other)):
+            return 0.0
+        feature, beside = cuts[k].feature, cuts[other].feature
+        if abs(beside - feature) != 1:
+            return 0.0
+        before, after = commanded[feature], corrected[feature]
+        return after.end_mm - before.end_mm if beside > feature else after.start_mm - before.start_mm
+
+    return tuple(
+        replace(cut, start_mm=cut.start_mm + moved_mm(k, k - 1), end_mm=cut.end_mm + moved_mm(k, k + 1))
+        for k, cut in enumerate(cuts)
+    )
+
+
 def end_shifts(
     cuts: Sequence[Cut], commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece]
 ) -> tuple[Array, tuple[EndShift, ...]]:
@@ -87,7 +109,8 @@ def end_shifts(
 
     Where other moves stand between two cuts (about an edge), the last of them ends where the next cut starts.
     """
-    pairs = [(ends_of(cuts, k, commanded), ends_of(cuts, k, corrected)) for k in range(len(cuts))]
+    moved = with_edges(cuts, commanded, corrected)
+    pairs = [(ends_of(cuts, k, commanded), ends_of(moved, k, corrected)) for k in range(len(cuts))]
     first = cuts[0].feature
     start = _difference(commanded[first], pairs[0][0].start_mm, corrected[first], pairs[0][1].start_mm)
     shifts: list[EndShift] = []
