@@ -482,6 +482,28 @@ def test_a_digit_typed_wrong_beside_another_reading_of_the_cylinder_is_named(
     assert "stands apart" not in run("compensate", job, "--no-store")
 
 
+@pytest.mark.parametrize("begin", ["X18. Z0.", "X16. Z1."])
+def test_edges_broken_before_the_first_cut_and_after_the_last_go_with_them(tmp_path: Path, begin: str) -> None:
+    """A drawing without chamfers, 40 µm on both diameters: each coordinate of the pass becomes 40 µm smaller."""
+    cuts = ("G42 G1 " + begin, "X20. Z-1.", "Z-30.", "X30.", "Z-60.", "X31. Z-60.5", "X36.")
+    program = "\n".join(["O1", "G21 G40 G99", "T0303", "G97 S1500 M3", "F0.1", "G0 X40. Z2.", *cuts, "G40 X42.", "M30"])
+    (tmp_path / "f.nc").write_text(program)
+    (tmp_path / "r.csv").write_text(HEADER + "a,-35,30.040\na,-55,30.040\nc,-5,20.040\nc,-25,20.040\n")
+    (tmp_path / "job.toml").write_text(
+        '[part]\nname = "s"\nunit = "mm"\nx_is = "diameter"\nstart = [30, -60]\nfeature = ['
+        '{name = "a", to = [30, -30]}, {name = "b", to = [20, -30]}, {name = "c", to = [20, 0]}]\n'
+        "[tool]\nnose_radius_mm = 0.4\nnumber = 3\n"
+        '[programs]\ndialect = "fanuc-lathe"\nfinish = "f.nc"\ncut_with = "given"\n[gauging]\nreadings = "r.csv"\n'
+        '[compensation]\nby = "contour"\n[output]\nfolder = "out"\n'
+    )
+    written = compensate(read_job(tmp_path / "job.toml").inputs).corrected_program
+    moves = read_program(written, "fanuc-lathe").run().end_mm[:, [0, 2]]
+    given = read_program(program.encode(), "fanuc-lathe").run().end_mm[:, [0, 2]]
+    moved = [0.0, *[-0.02] * 6, 0.0, 0.0]  # the rapid and what leads off the part stay
+    np.testing.assert_allclose(moves[:, 0] - given[:, 0], moved, atol=1e-9)
+    np.testing.assert_allclose(moves[:, 1], given[:, 1], atol=1e-9)
+
+
 def test_what_the_contour_takes_out_beyond_an_offset_counts_what_an_angle_shows(tmp_path: Path) -> None:
     """One seat is read and the cone's angle: the offset is right for the seat, and the contour corrects the cone."""
     rows = "feature,quantity,z_mm,value_mm,value_deg\nseat-36,diameter,-60,36.020,\ncone,angle,,,11.40\n"

@@ -159,13 +159,14 @@ def displacements(
 ) -> Displacements:
     """Ends of the cuts, of the move that leads to them, and of moves that only lengthen the contour (`run_out`).
 
-    Arcs that lead to the contour and off it are displaced as a whole.
+    Arcs that lead to the contour and off it are displaced as a whole, and lines that break an edge at its ends.
     """
     cuts = {shift.move: shift.delta_mm for shift in shifts}
     first, last = min(cuts), max(cuts)
     leads = min([*(move for move in run_out if move < first), first]) - 1
     while leads > 0 and path.motion[leads] == Motion.ARC:
         leads -= 1
+    leads -= leads > 0 and _breaks_edge(path, leads, leads + 1, leads - 1)
     ends = dict.fromkeys(range(leads, first), start)
     held = start
     for move in range(first, last + 1):
@@ -174,7 +175,24 @@ def displacements(
     ends |= {move: cuts[last] for move in run_out if move > last}
     while (after := max(ends) + 1) < len(path) and path.motion[after] == Motion.ARC:
         ends[after] = held
+    if after + 1 < len(path) and _breaks_edge(path, after, after - 1, after + 1):
+        ends[after] = held
     return Displacements(ends, {r.move: r for r in replacements})
+
+
+EDGE: Final = math.cos(math.radians(10.0)), math.cos(math.radians(80.0))
+"""Cosines of the least and the largest turn from a contour into a line that breaks its edge."""
+
+
+def _breaks_edge(path: ToolPath, move: int, cut: int, beyond: int) -> bool:
+    """Returns whether a move between the contour's `cut` at one of its ends and a feed move `beyond` it is a line that
+    breaks an edge which is not drawn.
+    """
+    if not np.all(path.motion[[move, beyond]] == Motion.LINE):
+        return False
+    along, own = ((path.end_mm[k] - path.start_mm[k])[[0, 2]] for k in (cut, move))
+    cosine = float(along @ own) / max(float(np.linalg.norm(along) * np.linalg.norm(own)), 1e-12)
+    return EDGE[1] < cosine < EDGE[0]
 
 
 def corrected_source(program: Program, path: ToolPath, targets: Displacements) -> list[Edit]:
