@@ -615,6 +615,17 @@ def test_a_part_too_large_by_one_amount_on_all_sides_may_have_its_allowance_on(t
     measured("", (30.0, 30.0, 30.0, 30.0 * 0.7071), slanted)
 
 
+def test_a_further_inspection_of_a_finished_part_is_not_one_before_its_finish_cut(tmp_path: Path) -> None:
+    """Another part of the number, or one that was cut again, may be meant: it is stated that one cut was measured."""
+    db = str(tmp_path / "m.db")
+    run("db", "init", db)
+    kept = [correct(tmp_path, 1, read, "contour", 'cut_with = "given"', db=db).kept for read in (FIRST, (0.051,) * 4)]
+    assert kept[0] is not None and kept[1] is not None
+    (said,) = [one for one in kept[1].findings if one.code is Code.STO_STAGE]
+    assert "measured again: both inspections are of one cut" in said.message and "cut again" in said.hint
+    assert not [one for one in kept[0].findings if one.code is Code.STO_STAGE]
+
+
 def test_a_finished_part_is_kept_by_both_devices(tmp_path: Path) -> None:
     """Corrected by what was read beside the machine, then measured again: one cut of one edge, nothing replaced."""
     db = str(tmp_path / "m.db")

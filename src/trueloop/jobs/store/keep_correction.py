@@ -75,7 +75,7 @@ def keep_corrections(store: Store, made: Sequence[tuple[Inputs, Correction]], ke
     for inputs, correction in made:
         part = part_of(inputs)
         require_serial(part, Path(inputs.file or "the job").name)
-        noticed = [*_unknown_edge(inputs, part), *finished_already(store, inputs.inspections)]
+        noticed = [*_unknown_edge(inputs, part), *finished_already(store, inputs.inspections, inputs.measured_finished)]
         for one in inputs.inspections:
             require_file_of_part(store, one)
             with accepting(keeping.accept, noticed):

@@ -66,16 +66,20 @@ def as_known(store: Store, inspection: Inspection) -> Inspection:
     return next(same, inspection)
 
 
-def finished_already(store: Store, inspections: Sequence[Inspection]) -> Iterator[Finding]:
-    """Yields a warning where a part's finish cut was kept before new touches of its semi-finished surface."""
+def finished_already(store: Store, inspections: Sequence[Inspection], finished: bool) -> Iterator[Finding]:
+    """Yields a warning where a part's finish cut was kept before new touches of its semi-finished surface, a note where
+    it was before a further inspection of its finished one.
+    """
     for one in inspections[:1]:
         known = find(store, Inspection, identity=joined(one.identity))
         if not known and cuts_of(store, one.part, Stage.FINISH):
+            now = "measured again: both inspections are of one cut" if finished else "touched before its finish cut"
             yield Finding(
-                Severity.WARNING,
+                Severity.NOTE if finished else Severity.WARNING,
                 Code.STO_STAGE,
-                f"part {one.part.serial!r} is kept as finished, and is now touched before its finish cut",
-                hint="is it the serial number of the part before? `part.serial` of the job, or --serial, says which",
+                f"part {one.part.serial!r} is kept as finished, and is now {now}",
+                hint="another part, or one that was cut again, has a serial number of its own: `part.serial` of the "
+                "job, or --serial",
                 values={"serial": one.part.serial},
             )
 
