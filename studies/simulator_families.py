@@ -1,7 +1,7 @@
 """Families of turned parts beside NIST's, held against the virtual machine: a groove with two edges, a lens, two sides.
 
-`python -m studies.simulator_families --family groove --parts 60` prints the rows of one family; docs/simulator.md has
-what came of it. Profiles and programs are written here, by hand; the machine cuts with noses and holders of its own.
+`python -m studies.simulator_families --family groove --parts 60` prints rows of a family, for docs/simulator-study.md.
+Profiles and programs are written here, by hand; the machine cuts with noses and holders of its own.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """The loop held against the virtual machine: 200 parts of each NIST family at three repeatabilities.
 
-`python -m studies.simulator_study --write` puts the tables into docs/simulator.md; half an hour on two cores. With
-`--between` it is the first of them alone, cuts that differ, beside NIST's metal; with `--shares` the table that tells
+`python -m studies.simulator_study --write` puts the tables into docs/simulator-study.md; half an hour on two cores.
+`--between` makes the first of them alone, cuts that differ, beside NIST's metal; with `--shares` the table that tells
 process, probe and curve apart; a few minutes each.
 """
 
@@ -42,7 +42,7 @@ from trueloop_lab.simulator.presets import (
 from trueloop_lab.simulator.process import Repeatability
 
 ROOT: Final = Path(__file__).parents[1]
-PAGE: Final = ROOT / "docs" / "simulator.md"
+PAGE: Final = ROOT / "docs" / "simulator-study.md"
 BEGIN: Final = "<!-- written by studies/simulator_study.py -->\n"
 END: Final = "<!-- end of what is written -->\n"
 BETWEEN: Final = "<!-- written by studies/simulator_study.py --between -->\n"
@@ -84,7 +84,7 @@ def main() -> None:
     """Prints the tables, or writes them into the page."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--parts", type=int, default=200, help="parts of each family and repeatability")
-    options.add_argument("--write", action="store_true", help="into docs/simulator.md")
+    options.add_argument("--write", action="store_true", help="into docs/simulator-study.md")
     options.add_argument("--between", action="store_true", help="cuts that differ, and what the bands hold of them")
     options.add_argument("--shares", action="store_true", help="what is left by process, probe and curve alone")
     given = options.parse_args()
