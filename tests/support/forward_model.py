@@ -7,7 +7,7 @@ Errors are polynomials that vanish where the axis stands at 0; straightness has 
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,8 @@ SMALL_MM, SMALL_RAD = 0.012, 25e-6
 class ForwardMachine:
     """`letters` from work to tool, `b` the bed. Polynomials by axis: (6, degree) of powers 1, 2, … of the position over
     `reach`. `tilt` (3,) turns the direction of a linear axis; with `shift` (3,) it places the line of a rotary one in
-    what carries it. `spindle` displaces and tilts the tool.
+    what carries it. `spindle` displaces and tilts the tool. `waves` (k, 6, 2) of a rotary axis are sines and cosines of
+    the angle, twice the angle … that its errors hold beside the polynomials.
     """
 
     letters: str
@@ -31,6 +32,7 @@ class ForwardMachine:
     shift: Mapping[str, Array]
     reach: Mapping[str, float]
     spindle: tuple[Array, Array]
+    waves: Mapping[str, Array] = field(default_factory=dict)
 
     def pose(self, at: Mapping[str, Array], share: float = 1.0) -> Array:
         """Frame of the tool in work coordinates, (n, 4, 4), with `share` of all errors."""
@@ -58,6 +60,9 @@ class ForwardMachine:
     def _axis(self, letter: str, position: Array, share: float) -> Array:
         powers = np.stack([(position / self.reach[letter]) ** (k + 1) for k in range(self.motion[letter].shape[1])])
         six = share * (self.motion[letter] @ powers).T
+        for k, wave in enumerate(self.waves.get(letter, ()), 1):
+            turn = k * position[:, None]
+            six = six + share * (wave[:, 0] * np.sin(turn) + wave[:, 1] * (np.cos(turn) - 1.0))
         along = np.zeros((len(position), 3))
         along[:, DIRECTION[letter]] = position
         tilt = np.tile(share * self.tilt[letter], (len(position), 1))

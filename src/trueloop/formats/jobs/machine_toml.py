@@ -104,8 +104,8 @@ class TermsTable(Table):
     """The usual terms of a mill (21), of a lathe or of a machine with five axes; left out, only those of `[[term]]`."""
     degree: Degree = 3
     """Degree of their polynomials in the axis' position."""
-    segments: Count = 1
-    """In how many pieces of equal length, joined smoothly."""
+    segments: Count | None = None
+    """In how many pieces of equal length, joined smoothly; left out, as many by axis as predict left-out runs best."""
     both_ways: bool = False
     """Forward and return travel each have parameters of their own."""
     datum: Finite | None = None
@@ -181,7 +181,10 @@ def read_machine(path: FilePath) -> tuple[Machine, Form]:
     choices = tuple(
         Choice(error_name(own.error), _signal_parts(own.choose), own.most) for own in file.model.term if own.choose
     )
-    return machine, Form(terms, _lags(file), choices, frame)
+    own = {term.error for term in file.model.term}
+    stated = file.model.terms.standard is None or file.model.terms.segments is not None
+    free = frozenset[ErrorName]() if stated else frozenset(term.name for term in terms if str(term.name) not in own)
+    return machine, Form(terms, _lags(file), choices, frame, free)
 
 
 def _axis(axis: Axis, table: AxisTable) -> Axis:
@@ -207,7 +210,7 @@ def _terms(file: Located[MachineFile], chain: Chain) -> tuple[Term, ...]:
     if table.standard is not None:
         with file.at("terms", "standard"):
             standard = STANDARDS[table.standard](
-                chain, degree=table.degree, count=table.segments, datum=table.datum, both_ways=table.both_ways
+                chain, degree=table.degree, count=table.segments or 1, datum=table.datum, both_ways=table.both_ways
             )
         found = {str(term.name): term for term in standard}
     for k, own in enumerate(file.model.term):

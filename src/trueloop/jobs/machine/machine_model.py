@@ -28,9 +28,9 @@ from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
 from trueloop.jobs.store.of_this_part import require_file_of_part
 from trueloop.jobs.store.opened import Choice, Keeping, store_of
 from trueloop.jobs.user import user_name
-from trueloop.machine.identify.form import Chosen, fit_form
+from trueloop.machine.identify.form import Chosen, fit_form, with_segments
 from trueloop.machine.identify.identify import Identification
-from trueloop.machine.identify.judge_fit import HeldOut, hold_out, require_agreement
+from trueloop.machine.identify.judge_fit import HeldOut, hold_out, require_agreement, with_lack_of_fit
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.history import check_lags_given, signals_at_end
@@ -274,6 +274,8 @@ def fit_machine(
     named, form = read_machine(machine)
     data = readings_of(files, named.chain, log)
     anew = bool(form.choices or any(lag.between_s for lag in form.lags))
+    with in_file(machine):
+        form, notes = with_segments(named, form, data)
 
     def fit(some: Observations) -> MachineModel:
         return fit_form(named, form, some, robust=robust)[0].model
@@ -287,6 +289,6 @@ def fit_machine(
     held = hold_out(data, found, fit, anew=anew)
     with in_file(files[0] if len(files) == 1 else machine):
         warnings = require_agreement((found, held), data, judged, accept)
-    found = replace(found, findings=(*warnings, *found.findings))
+    found = with_lack_of_fit(replace(found, findings=(*warnings, *notes, *found.findings)), data, held)
     sources = (machine, *(source for file in files for source in files_of(file)), *([log] if log else ()))
     return FittedMachine(found, chosen, held, data, sources)

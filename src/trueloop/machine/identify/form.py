@@ -18,7 +18,7 @@ from trueloop.machine.identify.observations import Observations, orthonormal, wi
 from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine
-from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.term import Part, PositionBasis, Term, segments
 
 GAIN: Final = 0.05
 """A sensor is taken when it lowers the mean square of what was left out by 5 %."""
@@ -176,13 +176,91 @@ KNOWN: Final = 0.01
 class Form:
     """Error terms, signals made of the past of others, and what terms may choose from.
 
-    `frame` terms join as far as the readings determine them, in their order; the others are 0 by convention.
+    `frame` terms join as far as the readings determine them, in their order; the others are 0 by convention. Terms in
+    `free` have as many segments as predict left-out runs best.
     """
 
     terms: tuple[Term, ...]
     lags: tuple[Lag, ...] = ()
     choices: tuple[Choice, ...] = ()
     frame: tuple[Term, ...] = ()
+    free: frozenset[ErrorName] = frozenset()
+
+
+MOST_SEGMENTS: Final = 16
+SWEEPS: Final = 2
+PREDICTS: Final = 0.01
+"""More segments are taken where they lower the mean square of what was left out by more than 1 %."""
+ALONE: Final = 1e-7
+"""Share of the information on a combination of terms that has to be left without a run."""
+
+
+def with_segments(machine: Machine, form: Form, readings: Observations) -> tuple[Form, tuple[Finding, ...]]:
+    """Returns a form whose free terms have their segments, and a note on them: of each axis twice, four times … as
+    many, as left-out runs are predicted best by the others.
+    """
+    if not form.free or len(set(readings.run)) < 2:
+        return form, ()
+    lags = [lag for lag in form.lags if any(lag.name in term.needs() for term in form.terms)]
+    readings, terms = readings.with_lags(lags), form.terms
+    least = _missed(machine, (*terms, *form.frame), readings)
+    for axis in machine.chain.order * SWEEPS:  # an axis that is missed by far hides what another one lacks
+        positions = readings.state.positions[:, machine.chain.order.index(axis)]
+        most, count, tried = len(np.unique(np.round(positions, 9))) // 2, 2, [(least, terms)]
+        while count <= min(MOST_SEGMENTS, most):
+            finer = tuple(
+                _cut(term, count) if term.name.axis == axis and term.name in form.free else term for term in terms
+            )
+            if finer == terms:
+                break
+            tried.append((_missed(machine, (*finer, *form.frame), readings), finer))
+            if tried[-1][0] > tried[-2][0]:
+                break
+            count *= 2
+        best = min(tried, key=lambda one: one[0])
+        if best[0] < (1.0 - PREDICTS) * least:
+            least, terms = best
+    counts = dict[str, int]()
+    for term in terms:
+        if term.name in form.free and not term.name.place:
+            counts[term.name.axis] = max(len(part.basis.breaks) - 1 for part in term.parts)
+    note = Finding(
+        Severity.NOTE,
+        Code.MCH_BASIS,
+        "segments by which left-out runs are predicted best: " + ", ".join(f"{axis} {n}" for axis, n in counts.items()),
+        hint="`terms.segments` of the machine file states another number for all axes",
+    )
+    return replace(form, terms=terms, free=frozenset()), (note,)
+
+
+def _cut(term: Term, count: int) -> Term:
+    """Returns a term with so many segments of equal length."""
+
+    def cut(basis: PositionBasis) -> PositionBasis:
+        return segments(basis.breaks[0], basis.breaks[-1], count, basis.degree, basis.zero_at)
+
+    return replace(
+        term, parts=tuple(replace(part, basis=cut(part.basis)) if part.basis.degree else part for part in term.parts)
+    )
+
+
+def _missed(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> float:
+    """Returns the sum of squares, in units of u, by which the others miss each run; what they say nothing of counts as
+    it was read.
+    """
+    rows, values = closed_rows(machine, terms, readings)
+    q = orthonormal(rows)
+    left, total = values - q @ (q.T @ values), 0.0
+    runs = np.array(readings.run)
+    for run in dict.fromkeys(readings.run):
+        own = runs == run
+        share, directions = np.linalg.eigh(q[own] @ q[own].T)
+        spared = 1.0 - share
+        missed = np.where(
+            spared > ALONE, (directions.T @ left[own]) / np.maximum(spared, ALONE), directions.T @ values[own]
+        )
+        total += float(missed @ missed)
+    return total
 
 
 def fit_form(
@@ -196,11 +274,12 @@ def fit_form(
     >>> round(found.scatter, 2), found.degrees_of_freedom
     (0.88, 61)
     """
+    form, notes = with_segments(machine, form, readings)
     terms, chosen = choose_signals(machine, form.terms, form.choices, readings, form.lags)
     frame = _determined(machine, terms, form, readings)
     found = identify(machine, (*terms, *frame), readings, robust=robust, lags=form.lags)
     left = [term for term in form.frame if term not in frame]
-    return replace(found, findings=(*found.findings, *([_by_convention(left)] if left else []))), chosen
+    return replace(found, findings=(*notes, *found.findings, *([_by_convention(left)] if left else []))), chosen
 
 
 def _determined(machine: Machine, terms: tuple[Term, ...], form: Form, readings: Observations) -> tuple[Term, ...]:

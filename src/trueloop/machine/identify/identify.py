@@ -222,6 +222,7 @@ class Identification:
 
     `scatter` is the standard deviation of unit weight: 1 when `standard_u` was right, the standard deviation of the
     readings themselves when none was given. `share` are the weights that outliers were given, 1 for the others.
+    `lack_of_fit`: by how much the standard uncertainties of the model's coefficients are larger than by the scatter.
     """
 
     model: MachineModel
@@ -231,6 +232,7 @@ class Identification:
     outlier: NDArray[np.bool_]
     share: Array
     findings: tuple[Finding, ...]
+    lack_of_fit: float = 1.0
 
 
 def identify(

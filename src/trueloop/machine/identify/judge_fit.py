@@ -60,12 +60,24 @@ class Left:
 
 
 @dataclass(frozen=True)
+class Tested:
+    """What the others miss a run by: the sum of squares, in units of the stated variances, its degrees of freedom, and
+    the share of it that the variance of the coefficients makes where readings scatter by their uncertainty.
+    """
+
+    squares: float
+    freedom: int
+    predicted: float
+
+
+@dataclass(frozen=True)
 class HeldOut:
     """The residuals of one run, lengths and angles apart; None where it has no reading of the kind."""
 
     run: str
     length_mm: Left | None
     angle_rad: Left | None
+    tested: Tested | None = None
 
     @property
     def by_unit(self) -> dict[str, Left]:
@@ -176,7 +188,48 @@ class _Downdated:
         def beside(left: Left | None) -> Left | None:
             return left and replace(left, others_chi2=others, others_freedom=freedom)
 
-        return HeldOut(run, beside(held.length_mm), beside(held.angle_rad))
+        zeros = np.hstack([self.opened[own], unknown])
+        tested = Tested(
+            squares=float(np.sum(np.minimum(np.abs(deviation), SLIPPED * np.median(np.abs(deviation))) ** 2)),
+            freedom=max(len(q) - int(np.linalg.matrix_rank(zeros)), 0),
+            predicted=float(np.sum(seen**2 / strength)),
+        )
+        return HeldOut(run, beside(held.length_mm), beside(held.angle_rad), tested)
+
+
+def with_lack_of_fit(found: Identification, readings: Observations, held: Sequence[HeldOut]) -> Identification:
+    """Returns a model with the covariance that left-out runs show: what it cannot represent, as an error of a rotary
+    axis with more waves than segments, displaces predictions by more than readings that scatter independently do.
+
+    Runs that others predict miss by D = σ²F + κP, with the variance σ² of readings about a smooth curve and P from the
+    covariance with κ = 1: κ takes the place of the square of the scatter where it is larger beyond chance.
+    """
+    tested = [one.tested for one in held if one.tested is not None]
+    squares, freedom, predicted = (
+        sum(getattr(one, name) for one in tested) for name in ("squares", "freedom", "predicted")
+    )
+    scatter2 = found.scatter**2
+    if not predicted > 0.0 or not scatter2 > 0.0:
+        return found
+    noise2 = min(scatter2, _smooth_noise(found, readings))
+    kappa = (squares - noise2 * freedom) / predicted
+    if kappa <= scatter2 + CHANCE * noise2 * float(np.sqrt(2 * freedom)) / predicted:
+        return found
+    model = replace(found.model, covariance=found.model.covariance * (kappa / scatter2))
+    return replace(found, model=model, lack_of_fit=float(np.sqrt(kappa / scatter2)))
+
+
+def _smooth_noise(found: Identification, readings: Observations) -> float:
+    """Returns the variance of readings, in units of the stated, about a smooth curve through their neighbours: by the
+    second differences of residuals along each run, which take away what the model lacks; infinite for too few.
+    """
+    weighted, runs = found.residual * values_weight(readings), np.array(readings.run)
+    differences = [
+        np.diff(weighted[rows], 2)
+        for run in dict.fromkeys(readings.run)
+        if np.count_nonzero(rows := (runs == run) & ~found.outlier) >= FEWEST_OF_RUN
+    ]
+    return float(np.mean(np.concatenate(differences) ** 2)) / 6.0 if differences else float("inf")
 
 
 def _left(raw: Array, rest: Array, chi2: float | None) -> Left | None:
@@ -232,6 +285,12 @@ MOST_SCATTER = 100.0
 
 EXACTLY = 1e-9
 """Readings of a run that differ by less are all alike, by rounding."""
+
+SLIPPED = 6.0
+"""Median deviations of a run, four standard deviations, as which a reading that is further off counts."""
+
+CHANCE = 2.0
+"""Standard deviations by which left-out runs are to miss by more than their readings' scatter explains."""
 
 FEWEST_OF_RUN = 5
 """Readings of a run from which their differences are judged beside its own zero and slope."""

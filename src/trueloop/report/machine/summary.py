@@ -111,6 +111,7 @@ def fit_summary(
     """Summarizes a model identified from so many readings."""
     return {
         "scatter": found.scatter,
+        "lack_of_fit": found.lack_of_fit,
         "readings": readings,
         "findings": [finding.message for finding in found.findings],
         "chosen": [f"{one.error}·{one.signal}" for one in chosen],
@@ -124,6 +125,9 @@ def fit_lines(
 ) -> Iterator[str]:
     """Yields lines of text on a fit, without its findings."""
     yield f"{len(identification.model.terms)} terms from {readings} readings; scatter {identification.scatter:.3g}"
+    if identification.lack_of_fit > 1.0:
+        times = f"{identification.lack_of_fit:.2g} times those by the scatter"
+        yield f"  left-out runs are missed by what the model lacks, segments or a term: uncertainties are {times}"
     for one in chosen:
         yield f"  {one.error} takes {one.signal}: left out {one.rms_without:.3g} → {one.rms_with:.3g} RMS"
     for lag in identification.model.lags:
