@@ -213,6 +213,11 @@ def _notes(job: "MilledJob", proposal: "Proposal") -> list[str]:
             + f": {each.readings} readings on part {each.serial!r}, {low} to {high} µm{counted}, contradict "
             "each other; they have no part in these numbers, measure it again"
         )
+    if proposal.suspected:
+        notes.append(
+            f"part {job.parts[-1].serial!r} is off {proposal.suspected}; so little may be scatter: look at the control "
+            "before anything is entered"
+        )
     notes += [
         f"{entry.words}: only {name} shows it, read once; a chip there would be entered too: measure it a second time"
         for entry, name in proposal.by_one_reading.items()
@@ -270,6 +275,7 @@ def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
             }
             for one in proposal.contradictory
         ],
+        "suspected": proposal.suspected,
         "by_one_reading": {entry.words: name for entry, name in proposal.by_one_reading.items()},
         "unused": list(job.unused),
     }

@@ -20,7 +20,7 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Judgement
 from trueloop.estimate.history import after_parts
 from trueloop.estimate.sizes import fitted_sizes
-from trueloop.milled.entry import PARTS_FOR_SIZES, PLAINEST, SHOWS, Contradictory, Entered, Entry, Part, odd_on_parts
+from trueloop.milled.entry import PARTS_FOR_SIZES, PLAINEST, SHOWS, Contradictory, Entered, Entry, Part, against_earlier
 from trueloop.milled.observed import LASTING, ObservedSize, milled_catalogue, odd_features, places_of
 from trueloop.statistics import rms
 from trueloop.tolerances.conformance import judge
@@ -60,7 +60,8 @@ class Proposal:
     """The answer for the next part. `unlike`: features so far off what tools and work offsets explain, by a chip, a
     recut or an error of their own, that they have no part in the entries. `by_one_reading`: proposed entries that a
     single reading shows, with its name: a chip there is entered as well. `contradictory`: sizes whose readings on one
-    part contradict each other; they have no part in the entries.
+    part contradict each other; they have no part in the entries. `suspected`: slips that the last part looks like, "as
+    if …", of less than what is refused.
     """
 
     proposed: tuple[ProposedEntry, ...]
@@ -68,6 +69,7 @@ class Proposal:
     unlike: tuple[str, ...]
     by_one_reading: Mapping[Entry, str]
     contradictory: tuple[Contradictory, ...]
+    suspected: str = ""
 
     @property
     def rms_mm(self) -> tuple[float, float]:
@@ -93,8 +95,8 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         part.without({name for one in own for name in one.names})
         for part, own in zip(parts, contradictory, strict=True)
     ]
-    last, odd = parts[-1], odd_on_parts(parts, possible)
-    parts = [part.without((), names) for part, names in zip(parts, odd, strict=True)]
+    last, compared = parts[-1], against_earlier(parts, possible)
+    parts = [part.without((), names) for part, names in zip(parts, compared.odd, strict=True)]
     readings = Counter(one.name for part in parts for one in part.shown)
     values = [part.as_first_set() for part in parts]
     sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
@@ -103,7 +105,7 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     scales = {key: scale for one in earlier for key, scale in one.items() if key[0] in LASTING} | dict(shows)
     state = known.state
     places, functional = places_of(tuple(shown.values()), part_type, int(last.observed.places.number("part")[0]) + 1)
-    unlike = {**odd_features(scales), **odd[-1]}
+    unlike = {**odd_features(scales), **compared.odd[-1]}
     alike = [
         readings[one.name] > 0 and all(feature.name not in unlike for feature in one.features) for one in shown.values()
     ]
@@ -136,7 +138,12 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         if len(names) == 1 and readings[names[0]] == 1:
             by_one[entry] = names[0]
     return Proposal(
-        tuple(proposed), expected, tuple(unlike), by_one, tuple(one for own in contradictory for one in own)
+        proposed=tuple(proposed),
+        expected=expected,
+        unlike=tuple(unlike),
+        by_one_reading=by_one,
+        contradictory=tuple(one for own in contradictory for one in own),
+        suspected=compared.suspected,
     )
 
 

@@ -142,6 +142,8 @@ CONTRADICTED: Final = 36.0
 """χ² of one degree of freedom, of any displacement as an entry makes it, above which a part was not cut as stated."""
 SLIPPED: Final = 20.0
 """A slip that lowers χ² by more than this happened: of a part cut as stated by chance once in 250 000 times at most."""
+SUSPECTED: Final = 6.0
+"""A slip that lowers χ² by more than this is 20 times likelier than none: it is named, and nothing is refused."""
 FITS: Final = 0.25
 """So much of a slip, beside three standard uncertainties, what is seen may differ from it."""
 AS_WELL: Final = 9.0
@@ -175,33 +177,47 @@ class _Seen:
     rows: NDArray[np.bool_]
 
 
-def odd_on_parts(parts: Sequence[Part], possible: Sequence[Entry]) -> list[dict[str, None]]:
-    """Returns the features of each part that are off by themselves, as by a chip, from what parts before it predict.
+@dataclass(frozen=True, eq=False)
+class AgainstEarlier:
+    """The comparison of parts with what those before each of them predict.
 
-    The first part has none. Raises MIL-CONTRADICTED for the first part that lies off what the parts before it and its
-    stated entries predict, as an entry would move it: what was in force was something else.
+    `odd`: the features of each part that are off by themselves, as by a chip; the first part has none. `suspected`: the
+    slips that would explain the last part, "as if …", too small to be certain; empty: none.
     """
-    values, found_odd = [part.as_first_set() for part in parts], [dict[str, None]()]
+
+    odd: tuple[Mapping[str, None], ...]
+    suspected: str
+
+
+def against_earlier(parts: Sequence[Part], possible: Sequence[Entry]) -> AgainstEarlier:
+    """Compares parts with those before them.
+
+    Raises MIL-CONTRADICTED for the first part that lies off what the parts before it and its stated entries predict, as
+    an entry would move it: what was in force was something else.
+    """
+    values, odd, suspected = [part.as_first_set() for part in parts], [dict[str, None]()], ""
     for k in range(1, len(parts)):
         before = after_parts(milled_catalogue(), _sizes_before(parts[:k]), [[one] for one in values[:k]])
         part, updated = parts[k], before.state.given(values[k])
-        found = [
+        fitting = [
             (slip, seen)
             for slip in _slips(part.in_force, parts[k - 1].in_force)
             if (seen := _seen(part, updated, slip.moved)) is not None
-            and (2.0 * seen.share - 1.0) > SLIPPED * seen.u**2
+            and (2.0 * seen.share - 1.0) > SUSPECTED * seen.u**2
             and abs(seen.share - 1.0) < FITS + 3.0 * seen.u
             and not _of_one_feature(part, updated, seen, 1.0)
         ]
+        found = [(slip, seen) for slip, seen in fitting if (2.0 * seen.share - 1.0) > SLIPPED * seen.u**2]
         if found:
             raise _contradicted(part, _likeliest(found, updated))
+        suspected = _as_if(_likeliest(fitting, updated)) if fitting else ""
         for entry in possible:
             own = _seen(part, updated, {entry: 1.0})
             far = own is not None and own.features > 1 and own.share**2 > CONTRADICTED * own.u**2
             if own is not None and far and not _of_one_feature(part, updated, own, own.share):
                 raise _contradicted(part, [(_Slip({entry: 1.0}, ""), own)])
-        found_odd.append(odd_features(updated.scales))
-    return found_odd
+        odd.append(odd_features(updated.scales))
+    return AgainstEarlier(tuple(odd), suspected)
 
 
 def _likeliest(found: Sequence[tuple[_Slip, _Seen]], updated: Updated) -> list[tuple[_Slip, _Seen]]:
@@ -280,6 +296,12 @@ def _seen(part: Part, updated: Updated, moved: Entered) -> _Seen | None:
     return _Seen(float(d @ updated.innovation.mean_mm[rows]) / size, u, len(features), displaced, rows)
 
 
+def _as_if(slips: Sequence[tuple[_Slip, _Seen]]) -> str:
+    """Returns slips in words, as alternatives."""
+    named = [" and ".join(one.words for one, value in each.moved.items() if value != 0.0) for each, _ in slips]
+    return ", or ".join(f"as if {who} {each.words}" for who, (each, _) in zip(named, slips, strict=True))
+
+
 def _contradicted(part: Part, slips: Sequence[tuple[_Slip, _Seen]]) -> Exception:
     slip, seen = slips[0]
     entries = [one for one, value in slip.moved.items() if value != 0.0]
@@ -289,9 +311,7 @@ def _contradicted(part: Part, slips: Sequence[tuple[_Slip, _Seen]]) -> Exception
     )
     scale, unit = (1e6, "µrad") if entry.register == "turn" else (UM_PER_MM, "µm")
     off, u = seen.share * slip.moved[entry] * scale, seen.u * abs(slip.moved[entry]) * scale
-    named = [" and ".join(one.words for one, value in each.moved.items() if value != 0.0) for each, _ in slips]
-    each_as = [f"as if {who} {each.words}" for who, (each, _) in zip(named, slips, strict=True) if each.words]
-    how = f", {', or '.join(each_as)}" if each_as else ""
+    how = f", {_as_if(slips)}" if slip.words else ""
     return Code.MIL_CONTRADICTED.refusal(
         f"part {part.serial!r} is off by {off:+.0f} {unit} in {entry.words} from what earlier parts and the numbers "
         f"stated as entered predict, with a standard uncertainty of {u:.1f} {unit}{how}",
