@@ -137,7 +137,7 @@ def test_each_hole_with_a_definition_of_its_own_goes_by_its_own_displacement(tmp
             "are turned",
         ),
         ("siemens", "POCKET4(50,0,1,-10,10,0,0,5,0,0,100,100,2,1,0,0,0,0,0,0,1)\n", "further arguments"),
-        ("siemens", "POCKET3(50,0,1,-10,10,5,1,0)\n", "its size, PA and PO"),
+        ("siemens", "POCKET3(50,0,1,-10,10,5,1,0)\n", "its sizes and its place"),
         ("heidenhain", "3 CYCL CALL POS X+1 Y+2 Z+3\n", "CYCL CALL POS"),
     ],
 )
@@ -172,6 +172,22 @@ def test_a_pattern_is_displaced_by_its_reference_point(tmp_path: Path) -> None:
     written = lines(tmp_path, "R1=1\n" + PATTERN, SHIFT, "siemens")
     assert written[3:6] == ["MCALL CYCLE81(29.9500,4.9500,2,-21.5500)", "HOLES2(R1+10+0.1,20.2000,5,0,0,4)", "MCALL"]
     assert written[6] == "G0 X50.1000"
+
+
+@pytest.mark.parametrize(
+    ("cycle", "displaced"),
+    [
+        ("CYCLE71(29,0,2,-3,10,20,60,40,0)", "CYCLE71(28.9500,-0.0500,2,-3.0500,10.1000,20.2000,60,40,0)"),
+        ("CYCLE76(29,0,2,-3,,60,40,5,10,20)", "CYCLE76(28.9500,-0.0500,2,-3.0500,,60,40,5,10.1000,20.2000)"),
+        ("CYCLE77(29,0,2,-3,,30,10,20)", "CYCLE77(28.9500,-0.0500,2,-3.0500,,30,10.1000,20.2000)"),
+        ("LONGHOLE(29,0,2,-3,,4,30,10,20,15)", "LONGHOLE(28.9500,-0.0500,2,-3.0500,,4,30,10.1000,20.2000,15)"),
+        ("SLOT1(29,0,2,-3,,4,30,6,10,20,15)", "SLOT1(28.9500,-0.0500,2,-3.0500,,4,30,6,10.1000,20.2000,15)"),
+        ("SLOT2(29,0,2,-3,,3,70,6,10,20,15)", "SLOT2(28.9500,-0.0500,2,-3.0500,,3,70,6,10.1000,20.2000,15)"),
+    ],
+)
+def test_a_milling_cycle_is_displaced_by_its_heights_and_its_place(cycle: str, displaced: str, tmp_path: Path) -> None:
+    text = f"G17 G71 G90 G94 F300\nG0 X0 Y0 Z90\n{cycle}\n"
+    assert displaced in lines(tmp_path, text, SHIFT, "siemens")
 
 
 def test_a_defined_pattern_is_displaced_by_its_reference_point_and_surface(tmp_path: Path) -> None:

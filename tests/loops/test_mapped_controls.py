@@ -701,3 +701,40 @@ def test_the_way_to_a_contour_is_the_control_s_and_not_divided(tmp_path: Path) -
         named = line.removeprefix(head).removesuffix(tail).split()
         ends = [float(word.lstrip("XYZ")) for word in named[:2]]
         assert ends == pytest.approx([x + 0.03 * np.sin(y / 30), y + 0.02 * np.cos(x / 25)], abs=STEP_MM)
+
+
+TOUCHED = """%
+O1001<PLATE>
+G21 G90 G17 G94
+G54 G0 X0. Y0.
+G43 H1 Z50.
+G65 P9810 X10. Y10. Z5. F3000.
+G65 P9811 Z0. S1
+G0 X5. Y5.
+G1 X7. Y8. Z-1. F100.
+M30
+%
+cut X1 Y2 before
+"""
+
+
+def test_touch_macros_and_text_behind_the_tape_stay(tmp_path: Path) -> None:
+    """After the touches the control has positions of its own: the next move that names all axes is displaced."""
+    written = mapped(tmp_path, TOUCHED, SHIFT, "fanuc-mill")[0].splitlines()
+    assert written[4:10] == [
+        "G54 G0 X0.010 Y0.020",
+        "G43 H1 Z49.997",
+        "G65 P9810 X10. Y10. Z5. F3000.",
+        "G65 P9811 Z0. S1",
+        "G0 X5. Y5.",
+        "G1 X7.010 Y8.020 Z-1.003 F100.",
+    ]
+    assert written[-2:] == ["%", "cut X1 Y2 before"]
+
+
+def test_a_lathe_s_program_without_a_plane_is_not_mapped_before_x_is_known(tmp_path: Path) -> None:
+    """X of such a program was taken as a radius: its shift was half of what the field states where it is a diameter."""
+    text = "G71 G90 G95 S250 M4\nG0 X14 Z2\nG1 Z0 F0.1\nG3 X20 Z-3 CR=5\nM30\n"
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, text, SHIFT, "siemens")
+    assert refused.value.code is Code.NC_DIAMETER

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use nc_program::dialect::{Letters, G};
-use nc_program::{Dialect, Motion, Program, Word, WordKind};
+use nc_program::{calls_touch, Dialect, Motion, Program, Word, WordKind};
 
 /// Letters of positions and increments.
 const COORDINATES: Letters = Letters::of(b"XYZUVWl");
@@ -26,7 +26,7 @@ pub(crate) enum Role {
     Retract,
     /// A new name for the place where the tool stands.
     Register,
-    /// Offsets, a time, the depth of cut and the allowance of a roughing cycle.
+    /// Offsets, a time, places that are touched, the depth of cut and the allowance of a roughing cycle.
     Data,
     /// Those of a cycle that the path does not follow.
     Cycle,
@@ -67,6 +67,7 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
             ) => Role::Data,
             Some(G::OpaqueCycle | G::DefineCycle(None) | G::OpaqueMotion | G::CallNamed) => Role::Cycle,
             Some(G::OpaqueBlock | G::OpaqueCut) => Role::Cycle,
+            Some(G::CallMacro) if calls_touch(program, program.block_at(word.start as usize)) => Role::Data,
             _ => continue,
         };
         let block = program.block_at(word.start as usize);

@@ -37,6 +37,7 @@ pub use modes::linear::Linear;
 pub use modes::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 pub use modes::rotary::rotary_letters;
 pub use modes::tool::{tip_direction, Tool};
+pub use order::macro_call::calls_touch;
 pub use path::{Arc, MoveKind, Origin, ToolPath, Turned};
 pub use reading::number;
 pub use reading::program::meaning;

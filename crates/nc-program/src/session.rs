@@ -8,7 +8,7 @@ use crate::modes::state::State;
 use crate::order::flow::Table;
 use crate::path::ToolPath;
 use crate::reading::letters::Letters;
-use crate::reading::program::{Program, Word, WordKind};
+use crate::reading::program::{Block, Program, Word, WordKind};
 use crate::run::{Options, Runner};
 use crate::shapes::contouring::{CORNERS, EVERY_ROUND};
 
@@ -60,10 +60,13 @@ pub fn jumps(program: &Program) -> bool {
     program.dialect().line_angle.iter().for_each(|letter| shapes.add(*letter));
     let codes = Letters::of(b"GLM");
     let plain = |word: &Word| word.kind == WordKind::Number && !codes.has(word.letter);
-    program.words().iter().any(|word| {
-        let is_value = matches!(word.kind, WordKind::Number | WordKind::Expression);
-        is_value && shapes.has(word.letter) || !plain(word) && word_jumps(program, word)
-    })
+    let is_text = |block: &Block| block.first_word > 0 && block.tape_mark; // what comes after it may be no block
+    let mut blocks = program.blocks().iter().skip_while(|block| !is_text(block)).skip(1);
+    blocks.any(|block| block.end > block.start)
+        || program.words().iter().any(|word| {
+            let is_value = matches!(word.kind, WordKind::Number | WordKind::Expression);
+            is_value && shapes.has(word.letter) || !plain(word) && word_jumps(program, word)
+        })
 }
 
 fn word_jumps(program: &Program, word: &Word) -> bool {

@@ -162,7 +162,7 @@ def test_a_plain_coordinate_is_displaced_as_a_whole() -> None:
 
 
 def test_an_error_is_told_behind_a_thousand_notes() -> None:
-    program = siemens("G71 G90\n" + "SLOT1(10,0,2,-5)\n" * 1001 + "G1 X=R5 F100")
+    program = siemens("G71 G90\n" + "CYCLE90(10,0,2,-5)\n" * 1001 + "G1 X=R5 F100")
     found = program.run(strict=False).findings
     assert sum(one.code is Code.NC_OPAQUE for one in found) == 1000
     assert found[-1].code is Code.NC_PARAMETER

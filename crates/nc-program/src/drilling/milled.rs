@@ -18,13 +18,15 @@ pub type Space = [[f64; 3]; 2];
 /// clearance of contours.
 pub(crate) const POSITIONS: [u32; 9] = [203, 225, 226, 227, 386, 216, 217, 5, 7];
 
-/// A pocket of Sinumerik, by its arguments (RTP, RFP, SDIS, DP, …).
+/// A milling cycle of Sinumerik, by its arguments (RTP, RFP, SDIS, DP, …).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pocket {
-    /// POCKET3 (…, LENG, WID, CRAD, PA, PO, …).
-    Rectangle,
-    /// POCKET4 (…, PRAD, PA, PO, …).
-    Circle,
+pub struct Pocket {
+    /// Arguments of which the sum is the farthest that it mills from its place.
+    pub sizes: &'static [usize],
+    /// The first argument of its place; the other one comes after it.
+    pub place: usize,
+    /// Arguments that all versions of it take.
+    pub most: usize,
 }
 
 /// How far a boring tool leaves the wall of its hole (Q214).
@@ -181,25 +183,19 @@ impl Runner<'_> {
     fn pocket(&mut self, pocket: Pocket, word: i32) -> Result<(), String> {
         self.require_plain_frame()?;
         let arguments = self.cycle_arguments(word).ok_or("its arguments cannot be read")?;
-        let (place, most) = match pocket {
-            Pocket::Rectangle => (7, 23),
-            Pocket::Circle => (5, 19),
-        };
+        let Pocket { sizes, place, most } = pocket;
         let further = arguments.get(most..).unwrap_or(&[]);
         if further.iter().any(|one| one.text.is_some() || !(one.value.is_nan() || one.value == 0.0)) {
             return Err("its further arguments choose what its depth counts from".to_owned());
         }
-        let given: [Option<f64>; 9] = numbers(&arguments);
-        let [Some(retract), Some(reference), clearance, Some(depth), size, width, ..] = given else {
+        let given: [Option<f64>; 11] = numbers(&arguments);
+        let [Some(retract), Some(reference), clearance, Some(depth), ..] = given else {
             return Err("RTP, RFP and DP are not all given".to_owned());
         };
-        let reach = match pocket {
-            Pocket::Rectangle => size.zip(width).map(|(length, width)| length.hypot(width)),
-            Pocket::Circle => size,
-        };
+        let reach: Option<f64> = sizes.iter().map(|size| given[*size].map(f64::abs)).sum();
         let (Some(x), Some(y), Some(reach)) = (given[place], given[place + 1], reach.filter(|reach| *reach > 0.0))
         else {
-            return Err("its size, PA and PO are not all given".to_owned());
+            return Err("its sizes and its place are not all given".to_owned());
         };
         let plane = reference + clearance.unwrap_or(0.0).abs();
         if depth >= reference || retract < plane {

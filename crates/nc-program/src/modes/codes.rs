@@ -371,7 +371,7 @@ impl Runner<'_> {
         acts(code) && !beside_move
     }
 
-    /// TCH PROBE: what a position is called after it, and Q150 to Q199, only the control knows.
+    /// TCH PROBE.
     fn probe_cycle(&mut self, word: i32) {
         let text = self.word_text(word).to_ascii_uppercase();
         let digits: String =
@@ -379,8 +379,13 @@ impl Runner<'_> {
         if !matches!(digits.parse(), Ok(400_u32..=405 | 408..=431 | 480..=484)) {
             return self.warn_opaque(word, "what it does is not in the path");
         }
+        self.touched(word, 150..200);
+    }
+
+    /// Touches: what a position is called after them, and parameters of those numbers, only the control knows.
+    pub(crate) fn touched(&mut self, word: i32, results: std::ops::Range<u32>) {
         self.note_opaque(word, "its touches are not in the path, what they set is the control's");
-        (150..200).for_each(|number| self.state.store.forget(&Key::Number(number)));
+        results.for_each(|number| self.state.store.forget(&Key::Number(number)));
         self.drop_contouring("a probe cycle comes after it");
         self.state.frame.rename([true; 3]);
     }

@@ -1,6 +1,6 @@
 //! What a run knows between two blocks, and takes along from one part of a program to the next.
 
-use crate::dialect::ToolOffset;
+use crate::dialect::{ToolOffset, G};
 use crate::drilling::called_cycle::{CalledHole, Defined};
 use crate::drilling::hole::Hole;
 use crate::drilling::pattern_def::PatternPlace;
@@ -9,7 +9,7 @@ use crate::modes::modal::{Modal, Motion, Plane};
 use crate::modes::rotary::{rotary_letters, Rotary};
 use crate::modes::unit::Unit;
 use crate::order::macro_call::ModalMacro;
-use crate::reading::program::Program;
+use crate::reading::program::{Program, Word};
 use crate::run::Options;
 use crate::shapes::contouring::Contouring;
 use crate::shapes::spline::SplineData;
@@ -99,6 +99,13 @@ pub(crate) struct State {
     pub program_start: Option<usize>,
 }
 
+/// Whether a program that states no plane is a lathe's, which begins in G18: it names X and Z, and Y nowhere.
+fn turns(program: &Program) -> bool {
+    let names = |letter| program.words().iter().any(|word| word.letter == letter);
+    let states_plane = |word: &Word| matches!(program.code(word), Some(G::Plane(_)));
+    names(b'X') && names(b'Z') && !names(b'Y') && !program.words().iter().any(states_plane)
+}
+
 impl State {
     /// The modes that the program put away last; which tool is selected and in the spindle no program takes back.
     pub fn restore_saved(&mut self) {
@@ -119,8 +126,12 @@ impl State {
         if by_c.is_some_and(|value| value != 0.0) {
             rotary.remove(b'C'); // a corner
         }
+        let mut modal = options.initial.unwrap_or(dialect.initial);
+        if dialect.rules.diameter_is_machine_data && turns(program) {
+            modal.plane = Plane::Zx;
+        }
         Self {
-            modal: options.initial.unwrap_or(dialect.initial),
+            modal,
             saved: Vec::new(),
             unit: Unit::new(options.unit_is_known),
             diameter_is_known: options.diameter_is_known || !dialect.rules.diameter_is_machine_data,

@@ -1,10 +1,12 @@
 //! Macros called with arguments (G65), which become local parameters, or after each move (G66, until G67), which nest as
 //! Mitsubishi's M700V manual has it (page 308).
 
+use crate::dialect::G;
 use crate::finding;
+use crate::modes::modal::Motion;
 use crate::modes::request::Request;
 use crate::order::visit::{times, Visit};
-use crate::reading::program::WordKind;
+use crate::reading::program::{Program, Word, WordKind};
 use crate::run::Runner;
 use crate::values::expression::is_vacant;
 
@@ -14,6 +16,16 @@ const LETTERS: &[u8; 26] = b"ABCIJKDEF H M   QRSTUVWXYZ";
 /// The parameter that the first I becomes.
 const FIRST_OF_SETS: u32 = 4;
 
+/// Whether a block calls a macro that touches the work or the tool: Renishaw's Inspection Plus, by its number.
+pub fn calls_touch(program: &Program, block: usize) -> bool {
+    let words = program.words_of(block);
+    let is_touch = |word: &Word| {
+        let number = (word.letter == b'P' && word.kind == WordKind::Number).then_some(word.value.round() as u32);
+        matches!(number, Some(9801..=9804 | 9810..=9823 | 9832..=9834 | 9843 | 9851..=9853))
+    };
+    words.iter().any(|word| program.code(word) == Some(G::CallMacro)) && words.iter().any(is_touch)
+}
+
 /// Numbers of parameters and their values.
 pub(crate) type Arguments = Vec<(u32, f64)>;
 
@@ -22,6 +34,10 @@ impl Runner<'_> {
     pub(crate) fn call_macro(&mut self, request: &Request, word: i32) {
         match self.macro_called(request) {
             Some((start, arguments)) => self.visit_macro(start, times(request), &arguments),
+            None if calls_touch(self.program, self.block) => {
+                self.touched(word, 100..150);
+                self.state.modal.motion = Motion::Opaque;
+            }
             None => self.note_opaque(word, "what it does is not in the path"),
         }
     }

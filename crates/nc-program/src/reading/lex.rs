@@ -29,6 +29,7 @@ pub(crate) fn lex(source: &[u8], dialect: &Dialect) -> (Vec<Block>, Vec<Word>) {
         words: Vec::with_capacity(source.len() / LEAST_BYTES_A_WORD + 1),
         at: if source.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 },
         remark_goes_on: false,
+        beyond_tape: false,
         has_returns: memchr::memchr(b'\r', source).is_some(),
     };
     while lexer.at < source.len() {
@@ -47,6 +48,8 @@ pub(crate) struct Lexer<'a> {
     at: usize,
     /// The line before was a remark that goes on in this one.
     remark_goes_on: bool,
+    /// A `%` has ended the tape, and no program has begun since.
+    beyond_tape: bool,
     has_returns: bool,
 }
 
@@ -55,7 +58,7 @@ impl Lexer<'_> {
         let start = self.at;
         let first_word = self.words.len();
         let (mut optional, mut tape_mark) = (false, false);
-        if self.remark_goes_on {
+        if self.remark_goes_on || self.is_beyond_tape() {
             self.at = self.scanner.line_end(self.at);
         }
         while let Some(class) = self.after_words() {
@@ -76,8 +79,13 @@ impl Lexer<'_> {
                     self.at += 1;
                     self.skip_level();
                 }
+                _ if self.is_program_name(first_word) => {
+                    let line = self.source.get(self.at..self.scanner.line_end(self.at)).unwrap_or(&[]);
+                    self.at += memchr::memchr(b'>', line).map_or(line.len(), |end| end + 1);
+                }
                 Class::Percent if first => {
                     tape_mark = true;
+                    self.beyond_tape = first_word > 0 && !self.beyond_tape;
                     self.at = self.scanner.line_end(self.at);
                 }
                 Class::Digit if first => self.block_number(),
@@ -115,6 +123,21 @@ impl Lexer<'_> {
     /// Whether a line is a remark: no block of Klartext begins with a bracket; set-up sheets above a program do.
     fn is_remark(&self) -> bool {
         self.dialect.flow == FlowStyle::Labels && self.source.get(self.at) == Some(&b'(')
+    }
+
+    /// Whether the line at hand is text behind the end of the tape, which the control does not read.
+    fn is_beyond_tape(&mut self) -> bool {
+        let line = self.source.get(self.at..self.scanner.line_end(self.at)).unwrap_or(&[]).trim_ascii_start();
+        let begins = matches!(line.first(), Some(b'O' | b'o' | b':')) && line.get(1).is_some_and(u8::is_ascii_digit);
+        self.beyond_tape &= !begins;
+        self.beyond_tape && self.dialect.flow == FlowStyle::Macro && line.first() != Some(&b'%')
+    }
+
+    /// Whether a program's name in angle brackets comes next: behind its number, or in place of it.
+    fn is_program_name(&self, first_word: usize) -> bool {
+        self.dialect.flow == FlowStyle::Macro
+            && self.source.get(self.at) == Some(&b'<')
+            && matches!(self.words.get(first_word..), Some([] | [Word { letter: b'O', .. }]))
     }
 
     /// Whether a line goes on with an optional block: Q parameters behind one with `~`, or `$` of an OSP.
