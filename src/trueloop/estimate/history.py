@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr, solve_triangular
+from scipy.linalg import blas, qr, solve_triangular
 
 from trueloop.arrays import Array
 from trueloop.estimate.places import Observed, joined, together
@@ -204,7 +204,7 @@ def _row_space(rows: Array) -> Array:
 
 
 class _Going:
-    """The state from part to part; coefficients up to `_count` belong to the parts so far."""
+    """The state from part to part, from the beginning with the coefficients of all groups."""
 
     def __init__(self, catalogue: Catalogue, sizes: Sizes, wholes: Sequence[Observed]) -> None:
         self._before, self._wholes = State.before(catalogue, sizes), wholes
@@ -217,19 +217,18 @@ class _Going:
                 start = self._lasting[-1].where.stop if self._lasting else 0
                 self._lasting.append(_Lasting.of(group, start, wholes))
         variance = np.concatenate([np.zeros(0), *(one.variance for one in self._lasting)])
-        self._mean, self._covariance, self._count = np.zeros(len(variance)), np.diag(variance), 0
+        self._mean, self._covariance = np.zeros(len(variance)), np.diag(variance)
         self._clocks, self._observed = dict[Key, float](), set[Key]()
 
     def take(self, k: int, cuts: Sequence[Observed]) -> tuple[Taken, ...]:
         """Takes in all observations of part k, the next."""
         whole, lasting = self._wholes[k], [one for one in self._lasting if k in one.shown]
         own = [(group, group.shown(k, whole)) for group in self._own[k]]
-        self._count = max([self._count, *(one.where.stop for one in lasting)])
         for one in lasting:
             self._walk(one, k)
         at = np.concatenate([np.arange(one.where.start, one.where.stop) for one in lasting])
         rows, noise = np.hstack([one.shown[k] for one in lasting]), self._before.noise_mm2(whole)
-        gain = rows @ self._covariance[at, : self._count]
+        gain = rows @ self._covariance[at]
         covariance, off = gain[:, at] @ rows.T + noise, whole.value_mm - rows @ self._mean[at]
         for group, shown in own:
             covariance += (shown * group.spread**2) @ shown.T
@@ -258,8 +257,9 @@ class _Going:
             left = with_gross @ solve_triangular(found.factor, solved[now], lower=True, trans=1, check_finite=False)
             taken.append(Taken(found.gross, good_mm2, left, scales))
         drawn = _solved(factor, gain)
-        self._mean[: self._count] += drawn.T @ solved
-        self._covariance[: self._count, : self._count] -= drawn.T @ drawn
+        self._mean += drawn.T @ solved
+        # in place: half of the time of a product and a difference
+        blas.dgemm(-1.0, drawn.T, drawn.T, 1.0, self._covariance.T, trans_b=True, overwrite_c=True)
         return tuple(taken)
 
     def _walk(self, lasting: _Lasting, k: int) -> None:
@@ -324,4 +324,5 @@ def _heavy_of(own: Sequence[tuple[Group, Array]]) -> Iterator[_Displaced]:
 
 
 def _solved(factor: Array, values: Array) -> Array:
-    return np.asarray(solve_triangular(factor, values, lower=True, check_finite=False)) if len(factor) else values
+    solved: Array = solve_triangular(factor, values, lower=True, check_finite=False) if len(factor) else values
+    return np.ascontiguousarray(solved)

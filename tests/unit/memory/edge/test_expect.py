@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.unit.memory.edge.parts import ANGLES, series
+from tests.unit.memory.edge.parts import ANGLES, made, series
 from trueloop.errors import Code, TrueloopError
 from trueloop.estimate.catalogue import PRIORS
-from trueloop.memory.edge.predict import expect, innovations, predict
+from trueloop.memory.edge.predict import expect, innovations, latest, predict
 from trueloop.memory.edge.state import MemoryOptions, known_edge, observed
 from trueloop.memory.made_part import CutErrors, Expected, MadePart
 
@@ -109,3 +109,15 @@ def test_alarms_and_prediction_of_a_part_follow_from_one_state_of_the_parts_befo
     anew = known_edge([*before[:-1], measured], unfinished(today))
     assert anew.state.mean != pytest.approx(known.state.mean, abs=1e-4)
     assert len(known_edge(before[:-1], last).left_mm) == 2
+
+
+def test_a_prediction_takes_in_no_more_parts_after_a_thousand_of_ten_types() -> None:
+    """The latest 40, and the latest ten of the part's own type; of the other types nothing is in the state."""
+    rng = np.random.default_rng(0)
+    parts = [made(order, rng, part_type=f"type {order % 10}") for order in range(1000)]
+    sizes = []
+    for history in (parts[-100:], parts):
+        known = known_edge(latest(history, "type 0"), replace(parts[0], serial="today", order=1000.0))
+        sizes.append((len(known.left_mm), len(known.state.mean)))
+    assert sizes[0] == sizes[1] and sizes[0][0] == 40 + 6
+    assert {key[1] for key in known.state.blocks if key[0] == "part zero"} == {"type 0"}
