@@ -199,7 +199,7 @@ def record_of(job: MilledJob, proposal: Proposal) -> bytes:
         "part_type": job.name,
         "made_at": datetime.now(UTC).isoformat(timespec="seconds"),
         "made_by": user_name(),
-        "inputs": {relpath(file, job.path.parent): sha256_of(file.read_bytes()) for file in job.files},
+        "inputs": {Path(relpath(file, job.path.parent)).as_posix(): sha256_of(file.read_bytes()) for file in job.files},
         "before": {digest: [_stated(*pair) for pair in one.items()] for digest, one in job.changes.items()},
         "entries": [
             {**_stated(one.entry, one.change), "total": one.total, "standard_u": one.standard_u}

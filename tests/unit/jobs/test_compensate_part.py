@@ -1,12 +1,14 @@
 """A part corrected from Python, by edge: as the command does it, and edges found by what calls them."""
 
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
+from typing import cast
 
 import pytest
 
 import trueloop
 from tests.support.cli import run
 from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.turned.readings import Sources
 
 JOBS = ("modbas2/job.toml", "grooved/grooved.toml", "two-sides/two-sides.toml")
 
@@ -51,3 +53,12 @@ def test_one_tool_alone_is_refused_where_several_are_meant(tmp_path: Path) -> No
             trueloop.compensate_job(trueloop.example(job), tmp_path / "out")
         assert "compensate_part" in (refused.value.hint or "")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_record_of_windows_names_its_inputs_as_one_of_linux() -> None:
+    """The record's id is made of the names too, and a job on another computer finds the program by its name."""
+    folder, job = (cast(Path, PureWindowsPath(path)) for path in ("C:\\jobs\\shaft", "."))
+    sources = Sources(folder, job)
+    sources.file("..\\finish.nc")
+    sources.beside(cast(Path, PureWindowsPath("other\\job.toml"))).file("touches.csv")
+    assert list(sources.named) == ["../finish.nc", "other/touches.csv"]

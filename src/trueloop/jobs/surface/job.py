@@ -204,7 +204,7 @@ def options_of(job: SurfaceJobFile) -> SurfaceOptions:
 
 def _named(file: Path, folder: Path) -> str:
     """As the job names it: relative to its folder, where it lies below it."""
-    return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else str(file)
+    return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.as_posix()
 
 
 def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:

@@ -162,7 +162,8 @@ def new_job(wanted: Wanted) -> NewFiles:
     limits = toleranced(wanted.tolerances, planned, profile, MM_PER_INCH if inch else 1.0)
     drawn = replace(drawn, asked=(*drawn.asked, *limits))
     measured, places = _to_fill_in(wanted, profile, inch)
-    file = next(iter(measured)) if wanted.measured_file is None else relpath(wanted.measured_file, wanted.folder)
+    handed = wanted.measured_file
+    file = next(iter(measured)) if handed is None else Path(relpath(handed, wanted.folder)).as_posix()
     contents = {"job.toml": job_toml(_said(wanted, program, drawn, file)), **measured}
     for file in contents:
         new_file = wanted.folder / file

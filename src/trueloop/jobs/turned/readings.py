@@ -47,9 +47,9 @@ class Sources:
     named: dict[str, Path] = field(default_factory=dict)
 
     def file(self, name: Path | str) -> Path:
-        """Returns the path of a file, and notes it."""
+        """Returns the path of a file, and notes it by its name with slashes, on Windows too."""
         path = self.folder / name
-        self.named[str(self.prefix / name)] = path
+        self.named[(self.prefix / name).as_posix()] = path
         return path
 
     def beside(self, name: Path) -> "Sources":
