@@ -118,6 +118,21 @@ def test_a_part_of_a_series_is_judged_by_its_own_readings(tmp_path: Path) -> Non
     assert before.probability_in is not None and before.probability_in <= 0.5 * math.erfc(2.0 / math.sqrt(2.0)) + 1e-9
 
 
+@pytest.mark.parametrize("parts", [1, 3])
+def test_a_plan_of_measurements_states_the_probability_of_the_correction(tmp_path: Path, parts: int) -> None:
+    """By job and by serial number: what finished parts show of the next one is one state, of one part and of three."""
+    asked = '[[part.characteristic]]\nname = "D30"\nquantity = "diameter"\nfeature = "cylinder-2"\ntolerance = "±0.012"'
+    db = str(tmp_path / "m.db")
+    run("db", "init", db)
+    readings = ((0.036,) * 4, (0.003,) * 4, (0.002, 0.004, 0.003, 0.003))[:parts]
+    done = [correct(tmp_path, k, each, "contour", force(k), asked, db) for k, each in enumerate(readings, 1)][-1]
+    after = done.correction.characteristics[0].after
+    assert after is not None and after.probability_in is not None
+    for of in (tmp_path / f"j{parts}.toml", parts):
+        before = json.loads(run("measure", "next", of, "--db", db, "--json"))["before"]
+        assert before == pytest.approx(1.0 - after.probability_in, rel=0.35, abs=1e-4)
+
+
 def test_readings_without_a_nominal_value_are_diagnosed_on_the_profile_that_they_corrected(tmp_path: Path) -> None:
     """Ø30 and Ø36 read 50 µm too large by a gauge: 25 µm on the radius, and nothing of a probe."""
     db = str(tmp_path / "m.db")

@@ -15,6 +15,7 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.life import Cut, Stage
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction as StoredCorrection
+from trueloop.domain.tool import Edge as ToolEdge
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code
 from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv
@@ -36,6 +37,7 @@ from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.shares import stored_inputs
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.deviations import cut_errors
+from trueloop.loops.turned.finished_parts import recorded_series
 from trueloop.loops.turned.made_parts import is_used, made_part, name_of, today_of
 from trueloop.loops.turned.next_measurement import (
     Candidate,
@@ -44,13 +46,14 @@ from trueloop.loops.turned.next_measurement import (
     Instrument,
     OfHistory,
     OfPart,
+    OfSeries,
     Plan,
     next_measurements,
 )
-from trueloop.loops.turned.process_intermittent import process_errors
+from trueloop.loops.turned.process_intermittent import process_errors, series_known
 from trueloop.loops.turned.share import characteristics_in, frame_of, inputs_of_edge, seen_of_edge
 from trueloop.memory.edge.predict import remembered
-from trueloop.memory.made_part import CutErrors, MadePart
+from trueloop.memory.made_part import MadePart
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_plan
 from trueloop.probing.probe_plan import MARGIN_MM, Spacing, equally_spaced
@@ -300,15 +303,24 @@ def _edges(
 
 
 def _known(inputs: Inputs, errors: ErrorVectors) -> EdgeState:
-    """Returns what the measured errors of an edge's part show, and earlier parts of the edge where these take part."""
-    if not is_used(inputs):
+    """Returns what the measured errors of an edge's part show, with the earlier parts that take part."""
+    finished = inputs.measured_finished and len(errors.point) > 0
+    if finished and (series := series_known(inputs)) is not None:
+        return OfSeries(series)
+    if inputs.measured_finished or not is_used(inputs):
         return OfPart(part_state(inputs.profile, errors), inputs.options.between_cuts)
-    measured, finished = cut_errors(inputs.profile, errors), inputs.measured_finished
-    today = today_of(inputs, CutErrors.none() if finished else measured)
-    if finished:  # what was in force is taken out of the errors: nothing had been taken off
-        today = replace(today, finish=measured, correction_mm=np.zeros(len(measured)))
-    history = remembered(inputs.history, inputs.memory)
-    return OfHistory.of((inputs.profile, errors), history, today, finished)
+    today = today_of(inputs, cut_errors(inputs.profile, errors))
+    return OfHistory.of(inputs.profile, errors, remembered(inputs.history, inputs.memory), today)
+
+
+def _known_of_stored(store: Store, correction: Correction) -> EdgeState:
+    """Returns what is known after the part of a stored correction, with the earlier parts that take part."""
+    profile, vectors = correction.profile, correction.model.vectors
+    if correction.record.cut_with is not None and (series := recorded_series(correction)) is not None:
+        return OfSeries(series)
+    if correction.record.cut_with is not None or correction.record.edge is None:
+        return OfPart(part_state(profile, vectors), correction.options.between_cuts)
+    return OfHistory.of(profile, vectors, *_parts_of(store, correction, correction.record.edge))
 
 
 def _candidates(
@@ -346,8 +358,6 @@ def next_of_part(
         places = _places(profile, correction.nose_radius_mm)
         own = _sizes(profile, asked, instruments)
         seen = _seen(profile, [(one, kind) for kind in BALLS if kind in instruments for one in places], own, gauging)
-        of_finished = correction.record.cut_with is not None
-        known = OfHistory.of((profile, correction.model.vectors), *_parts_of(store, correction), of_finished)
         candidates = _candidates([one for _, _, one in seen], seen, {**MINUTES, **minutes})
         edges.append(
             Edge(
@@ -355,7 +365,7 @@ def next_of_part(
                 vectors=correction.model.vectors,
                 characteristics=asked,
                 zero_z_mm=frame.z_mm(0.0),
-                known=known,
+                known=_known_of_stored(store, correction),
                 candidates=candidates,
             )
         )
@@ -376,7 +386,7 @@ def _correction_of(store: Store, part: Part) -> Correction | None:
     return next(iter(reversed([*of_part])), None)
 
 
-def _parts_of(store: Store, correction: Correction) -> tuple[tuple[MadePart, ...], MadePart]:
+def _parts_of(store: Store, correction: Correction, edge: ToolEdge) -> tuple[tuple[MadePart, ...], MadePart]:
     """Returns earlier parts of a correction's edge and the part that it was made from, as memory works on them.
 
     Of the edge those whose program was corrected for known errors of the machine as this one was, or was not.
@@ -384,14 +394,13 @@ def _parts_of(store: Store, correction: Correction) -> tuple[tuple[MadePart, ...
     record, of_machine = correction.record, correction.composed is not None
     part = record.inspections[0].part
     own = (name_of(part.part_type), part.serial)
-    parts = () if record.edge is None else history_of_tool(store, record.edge, (), of_machine, own)
+    parts = history_of_tool(store, edge, (), of_machine, own)
     for k, one in enumerate(parts):
         if one.order >= 0 and (one.part_type, one.serial) == own:
             return parts[:k], one
-    stage = Stage.SEMIFINISH if record.cut_with is None else Stage.FINISH
-    setting = None if record.edge is None else Setting(record.edge, record.edge_set_at)
     order = 1 + max((int(one.order) for one in parts if one.order >= 0), default=-1)
-    return parts, made_part(correction, Cut(part, stage, setting, order=order), None)
+    cut = Cut(part, Stage.SEMIFINISH, Setting(edge, record.edge_set_at), order=order)
+    return parts, made_part(correction, cut, None)
 
 
 def _on_part(touch: CmmTouch, frame: SetupFrame) -> CmmTouch:

@@ -19,13 +19,13 @@ from trueloop.domain.tool import Edge
 from trueloop.errors import Code
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded
-from trueloop.loops.turned.correction import FromMemory, Inputs, edge_words
+from trueloop.loops.turned.correction import Correction, FromMemory, Inputs, edge_words
 from trueloop.loops.turned.deviations import places_along
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.chain_fit import chains_of
-from trueloop.turned.fit.prior.part_state import STRETCHES, series_state
+from trueloop.turned.fit.prior.part_state import STRETCHES, SeriesState, series_state
 from trueloop.turned.fit.prior.remembered_fit import Remembered
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 from trueloop.wording import Um, wording
@@ -35,6 +35,9 @@ KEY: Final = "finished_parts"
 
 FEWEST: Final = 3
 """The least number of parts: one difference of two parts does not show how much of it the next part has again."""
+
+USED: Final = ("on", "bands")
+"""Values of `memory.use` with which the parts of a series take part."""
 
 KEPT: Final = 12
 """The largest number of parts kept: those of long ago tell little of the next."""
@@ -47,27 +50,11 @@ def next_finished(
 
     `own` is the fit to this part's measurements alone, by which the first two parts of a series are corrected.
     """
-    moved = _Moved.of(inputs, matched, own.vectors)
-    (earlier, new_series), today = _earlier(inputs), moved.taken_out(_used(own))
-    parts = (*earlier, today)[-KEPT:]
-    if len(parts) < FEWEST:
-        return None, _noted(inputs, new_series) if new_series else None, parts
-    if inputs.memory.memory not in ("on", "bands"):
-        unused = wording(
-            "The {n} finished parts before this one are kept, and not used: `memory.use` is {use}.",
-            n=len(parts) - 1,
-            use=inputs.memory.memory,
-        )
-        return None, _noted(inputs, unused), parts
-    known = series_state(inputs.profile, parts)
+    series = finished_series(inputs, matched, own)
+    known, parts = series.known, series.parts
     if known is None:
-        why = wording(
-            "This finished part contradicts the {n} before it: the correction is by this part alone. Look what "
-            "happened: was the tool set, an insert changed, or an offset entered twice?",
-            n=len(earlier),
-        )
-        return None, _noted(inputs, why), (today,)
-    index, along, _ = places_along(inputs.profile, _measured(inputs.profile, today), today)
+        return None, _noted(inputs, series.why) if series.why else None, parts
+    index, along, _ = places_along(inputs.profile, _measured(inputs.profile, parts[-1]), parts[-1])
     found, corrects = known.next_part(index, along), inputs.memory.memory == "on"
     rate, u = known.wear_rate_mm
     words = wording(
@@ -76,9 +63,59 @@ def next_finished(
         rate=Um(rate, "+.2f"),
         u=Um(2.0 * u, ".2f"),
     )
-    left_mm = found.mean_mm + moved.at(index, along)
+    left_mm = found.mean_mm + _Moved.of(inputs, matched, own.vectors).at(index, along)
     table = Remembered(index, along, left_mm, found.covariance_mm2, left_mm, corrects=corrects)
     return table, _noted(inputs, words), parts
+
+
+@dataclass(frozen=True, eq=False)
+class FinishedSeries:
+    """The finished `parts` of a series, the latest as the last, as they would be uncorrected.
+
+    `known` is the state after them by which the next part is corrected; None where the latest alone corrects it, with
+    `why` in words, if that needs any.
+    """
+
+    known: SeriesState | None
+    parts: tuple[ErrorVectors, ...]
+    why: str = ""
+
+
+def finished_series(inputs: Inputs, matched: Commanded, own: ProfileErrorModel) -> FinishedSeries:
+    """Returns the series of which the finished part of these inputs is the latest; `own` is the fit to it alone."""
+    (earlier, new_series), vectors = _earlier(inputs), own.vectors
+    today = _Moved.of(inputs, matched, vectors).taken_out(_used(own))
+    parts = (*earlier, today)[-KEPT:]
+    if len(parts) < FEWEST:
+        return FinishedSeries(None, parts, new_series)
+    if inputs.memory.memory not in USED:
+        unused = wording(
+            "The {n} finished parts before this one are kept, and not used: `memory.use` is {use}.",
+            n=len(parts) - 1,
+            use=inputs.memory.memory,
+        )
+        return FinishedSeries(None, parts, unused)
+    known = series_state(inputs.profile, parts)
+    if known is None:
+        why = wording(
+            "This finished part contradicts the {n} before it: the correction is by this part alone. Look what "
+            "happened: was the tool set, an insert changed, or an offset entered twice?",
+            n=len(earlier),
+        )
+        return FinishedSeries(None, (today,), why)
+    return FinishedSeries(known, parts)
+
+
+def recorded_series(correction: Correction) -> SeriesState | None:
+    """Returns the state of the finished parts by which a kept correction is; None where it is by its part alone.
+
+    Raises REC-KEY for parts that are not as a record holds them.
+    """
+    memory, record = correction.memory, correction.record
+    if memory is None or memory.use not in USED or KEY not in record.model:
+        return None
+    parts = [one for one in _recorded(record, correction.profile) if one is not None]
+    return series_state(correction.profile, parts) if len(parts) >= FEWEST else None
 
 
 def finished_parts(parts: Sequence[ErrorVectors], profile: Profile) -> dict[str, object]:
@@ -158,20 +195,25 @@ def _earlier(inputs: Inputs) -> tuple[tuple[ErrorVectors, ...], str]:
                 before=before,
                 now=now,
             )
-    kept: Any = record.model[KEY]
-    try:
-        found = [_part(one, inputs.profile) for one in kept]
-    except (LookupError, TypeError, ValueError, AttributeError) as error:
-        raise Code.REC_KEY.refusal(
-            f"'model.{KEY}' of correction {record.id} is not as trueloop wrote it: {type(error).__name__}: {error}",
-            hint="restore its record as trueloop wrote it",
-        ) from error
+    found = _recorded(record, inputs.profile)
     parts = tuple(one for one in found if one is not None)
     if len(parts) == len(found):
         return parts, ""
     return (), wording(
         "Finished parts before this one have features that its drawing does not have: it begins a new series."
     )
+
+
+def _recorded(record: Record, profile: Profile) -> list[ErrorVectors | None]:
+    """Returns the finished parts of a record; None for one with a feature that the profile does not have."""
+    kept: Any = record.model[KEY]
+    try:
+        return [_part(one, profile) for one in kept]
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise Code.REC_KEY.refusal(
+            f"'model.{KEY}' of correction {record.id} is not as trueloop wrote it: {type(error).__name__}: {error}",
+            hint="restore its record as trueloop wrote it",
+        ) from error
 
 
 def _conditions(record: Record, inputs: Inputs) -> Iterator[tuple[str, str]]:

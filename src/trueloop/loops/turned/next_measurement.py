@@ -28,7 +28,7 @@ from trueloop.tolerances.conformance import judge
 from trueloop.turned.characteristics.judging import DRAWS, alike_along
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.fit.between_cuts import NONE, BetweenCuts
-from trueloop.turned.fit.prior.part_state import BY_DEFINITION_MM, PartState, in_frame
+from trueloop.turned.fit.prior.part_state import BY_DEFINITION_MM, PartState, SeriesState, in_frame
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
 
 Instrument: TypeAlias = Literal["probe", "micrometer", "cmm"]
@@ -89,36 +89,43 @@ class OfPart:
 
     def errors(self, index: NDArray[np.intp], along: Array) -> Errors:
         """Returns them at places (n,) of the edge's profile."""
-        places, functional = in_frame(self.state.profile, self.state.vectors, index, along)
-        whole = self.state.updated.state.expecting(places)
-        rows, scatter = functional @ whole.design(places), _scatter(whole, places, len(index))
-        return Errors(whole.covariance, rows, rows, scatter, scatter)
+        measured = in_frame(self.state.profile, self.state.vectors, index, along)
+        return _errors(self.state.updated.state, measured, measured)
+
+
+@dataclass(frozen=True, eq=False)
+class OfSeries:
+    """Knowledge from finished parts of a series; the latest is the measured one, the next cut that of another part."""
+
+    series: SeriesState
+    between: BetweenCuts = NONE
+
+    def errors(self, index: NDArray[np.intp], along: Array) -> Errors:
+        """Returns them at places (n,) of the edge's profile."""
+        of, latest_part = self.series, float(self.series.parts - 1)
+        measured, following = (in_frame(of.profile, of.vectors, index, along, latest_part + k) for k in (0.0, 1.0))
+        return _errors(of.state, measured, following)
 
 
 @dataclass(frozen=True, eq=False)
 class OfHistory:
-    """Knowledge from earlier parts of an edge and `part`. The measured cut is its finish cut where it is `finished`,
-    and the next cut is then that of another part of its type; else its cut before, and the next one is its finish cut.
+    """Knowledge from earlier parts of an edge and `part` before its finish cut, which is the next one. Where its finish
+    cut was measured too, the next cut is that of another part of its type.
     """
 
     profile: Profile
     vectors: ErrorVectors
     part: MadePart
-    finished: bool
     age: float
     state: State
     between: BetweenCuts = NONE
 
     @classmethod
-    def of(
-        cls, of: tuple[Profile, ErrorVectors], history: Sequence[MadePart], part: MadePart, of_finished: bool
-    ) -> "OfHistory":
-        """Takes in earlier parts of the edge in cutting order, then the part, with the readings of its finish cut
-        (`of_finished`) or of the cut before.
+    def of(cls, profile: Profile, vectors: ErrorVectors, history: Sequence[MadePart], part: MadePart) -> "OfHistory":
+        """Takes in earlier parts of the edge in cutting order, then the part, with the readings of the cut before its
+        finish cut.
         """
-        profile, vectors = of
-        measured = part.finish if of_finished else part.semifinish
-        taken = set() if measured is None else {*measured.point}
+        taken = set() if part.semifinish is None else {*part.semifinish.point}
         ends = [np.array([0.0, feature.length_mm]) for feature in profile.features]
         index = np.repeat(np.arange(len(ends)), 2)
         known = known_edge(latest(history, part.part_type), part, places_at(profile, index, np.hstack(ends), vectors))
@@ -127,36 +134,31 @@ class OfHistory:
             state = state.given(cut).state
         for one in (seen for seen in vectors.seen if seen.name not in taken):
             at = places_at(profile, one.feature_index, one.arc_length_mm, vectors.chosen([]))
-            places, _ = places_of(part, known.age, at, of_finished)
+            places, _ = places_of(part, known.age, at, False)
             u_mm = np.array([one.standard_u_mm or BY_DEFINITION_MM])
             state = state.given(Observed(places, np.array([one.value_mm]), u_mm, one.weight[None, :])).state
-        return cls(
-            profile=profile,
-            vectors=vectors,
-            part=part,
-            finished=of_finished or part.finish is not None,
-            age=known.age,
-            state=state,
-        )
+        return cls(profile, vectors, part, known.age, state)
 
     def errors(self, index: NDArray[np.intp], along: Array) -> Errors:
         """Returns them at places (n,) of the edge's profile."""
-        at, later = places_at(self.profile, index, along, self.vectors), float(self.finished)
-        after = replace(self.part, order=self.part.order + later)
-        measured, shown = places_of(self.part, self.age, at, self.finished)
-        following, left = places_of(after, self.age + later, at, True)
-        state = self.state.expecting(measured).expecting(following)
-        rows = [
-            design if functional is None else functional @ design
-            for design, functional in ((state.design(measured), shown), (state.design(following), left))
-        ]
-        n = len(index)
-        return Errors(state.covariance, rows[0], rows[1], _scatter(state, measured, n), _scatter(state, following, n))
+        at, finished = places_at(self.profile, index, along, self.vectors), self.part.finish is not None
+        after = replace(self.part, order=self.part.order + float(finished))
+        measured = places_of(self.part, self.age, at, finished)
+        return _errors(self.state, measured, places_of(after, self.age + float(finished), at, True))
 
 
-def _scatter(state: State, places: Places, n: int) -> Array:
-    """Returns the variances by which the first n places scatter."""
-    return state.catalogue.repeatability_mm2(places, state.sizes)[:n]
+def _errors(state: State, measured: tuple[Places, Array | None], following: tuple[Places, Array | None]) -> Errors:
+    """Returns the errors at places of the measured and the next cut; each with the functional of them that is seen."""
+    whole = state.expecting(measured[0]).expecting(following[0])
+    rows = [
+        whole.design(places) if functional is None else functional @ whole.design(places)
+        for places, functional in (measured, following)
+    ]
+    scatter = [
+        whole.catalogue.repeatability_mm2(places, whole.sizes)[: len(row)]
+        for (places, _), row in zip((measured, following), rows, strict=True)
+    ]
+    return Errors(whole.covariance, *rows, *scatter)
 
 
 @dataclass(frozen=True, eq=False)

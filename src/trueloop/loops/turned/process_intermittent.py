@@ -20,7 +20,7 @@ from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.correction import Composed, Correction, FromMemory, Inputs
 from trueloop.loops.turned.error_sources import FeatureSources, MachineShare, error_sources
-from trueloop.loops.turned.finished_parts import next_finished
+from trueloop.loops.turned.finished_parts import finished_series, next_finished
 from trueloop.loops.turned.made_parts import remembering, semifinish_errors, today_of
 from trueloop.loops.turned.outcome import expected_uncorrected_mm, prediction_at_touches
 from trueloop.loops.turned.part_on_machine import (
@@ -48,6 +48,7 @@ from trueloop.turned.compensation.prediction import Prediction, correction_table
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
+from trueloop.turned.fit.prior.part_state import SeriesState
 from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.turned.options import By
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
@@ -204,6 +205,16 @@ def process_errors(inputs: Inputs) -> ErrorVectors:
     """
     matched, machine = _matched(inputs)
     return _of_process(inputs, matched, _surface(inputs, machine))
+
+
+def series_known(inputs: Inputs) -> SeriesState | None:
+    """Returns the state of the finished parts by which the next one is corrected; None where this part alone does.
+
+    Raises NC, GEO, MCH and FIT errors.
+    """
+    matched, machine = _matched(inputs)
+    process = _of_process(inputs, matched, _surface(inputs, machine))
+    return finished_series(inputs, matched, fit_profile(inputs.profile, process, inputs.options, inputs.nose)).known
 
 
 def _matched(inputs: Inputs) -> tuple[Commanded, InMachine | None]:
