@@ -4,10 +4,13 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime, timedelta, timezone
+from io import StringIO
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
+from ezdxf.filemanagement import new as new_drawing
 from httpx2 import Response
 from sqlalchemy import select
 
@@ -19,9 +22,11 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.record import sha256_of
 from trueloop.jobs.factory.by_hand import made_before
 from trueloop.jobs.factory.hand_job import AskedPart
+from trueloop.jobs.milled import entries_for_next_part, read_milled
+from trueloop.jobs.milled_words import entry_lines
 from trueloop.jobs.monitor.certificate import certificate_of
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.turned.compensate import compensate_job
+from trueloop.jobs.turned.compensate import compensate_job, compensate_part
 from trueloop.jobs.turned.new import Wanted, gauge_sheet_of, new_job
 from trueloop.server.settings import Limits, Settings
 from trueloop.storage.factory_tables import UPLOAD
@@ -101,8 +106,8 @@ def chuck_end_mm(program: bytes) -> float:
 
 
 def moves(program: bytes) -> list[str]:
-    """Its lines but for the record's id."""
-    return [line for line in program.decode().splitlines() if "trueloop" not in line.lower()]
+    """Its lines but for the ids of records."""
+    return [line for line in program.decode().splitlines() if not re.search("trueloop|: record ", line)]
 
 
 def test_a_program_is_shown_as_a_part_with_the_sizes_to_measure(service: Running) -> None:
@@ -246,12 +251,16 @@ def test_what_a_program_does_not_say_is_asked_for(service: Running) -> None:
     assert unsaid.json()["question"]["about"] == "dialect" and "haas-lathe" in unsaid.json()["question"]["choices"]
     unitless = SHAFT.replace(b"G21 ", b"")
     seen = otto.post("by-hand/part", part_of(otto, unitless)).json()
-    assert seen["problem"]["code"] == "NC-UNIT" and seen["question"] == {"about": "unit", "choices": ["mm", "inch"]}
+    assert seen["problem"]["code"] == "NC-UNIT" and seen["question"] == {
+        "about": "unit",
+        "choices": ["mm", "inch"],
+        "program": 0,
+    }
     assert otto.post("by-hand/part", part_of(otto, unitless, unit="mm")).json()["problem"] is None
     family = (EXAMPLES / "modbas2" / "finish.nc").read_bytes()
     part = part_of(otto, family, dialect="ge2000t", nose_radius_mm=0.79375)
     seen = otto.post("by-hand/part", part).json()
-    assert seen["question"] == {"about": "parameters", "choices": ["P42", "P46", "P47"]}, seen
+    assert seen["question"] == {"about": "parameters", "choices": ["P42", "P46", "P47"], "program": 0}, seen
     part["parameters"] = {"P42": 8.0, "P46": 3.52, "P47": 0.0}
     seen = otto.post("by-hand/part", part).json()
     assert seen["problem"] is None and seen["unit"] == "inch" and len(seen["features"]) == 7, seen
@@ -411,3 +420,175 @@ def test_a_tolerance_is_in_the_unit_of_the_program(tmp_path: Path) -> None:
     limits = {one.feature: (one.nominal, one.lower_limit, one.upper_limit) for one in sizes if one.name.endswith(" a")}
     assert limits["cylinder-1"] == pytest.approx((38.1, 38.0746, 38.1254))
     assert limits["cylinder-2"] == pytest.approx((25.4, 25.387, 25.4))
+
+
+TWO_SIDES = EXAMPLES / "two-sides"
+SIDES = [(TWO_SIDES / name).read_bytes() for name in ("first.nc", "second.nc")]
+OF_SIDES = {
+    **{"face-1 length": "80.005", "face-2 length": "50.005", "face-3 length": "30.005"},
+    **{f"cylinder-1 {place}": "38.010" for place in "ab"},
+    **{f"cylinder-3 {place}": "36.020" for place in "ab"},
+}
+"""Of the second side, diameters 10 µm and lengths 5 µm too large."""
+JOB_OF_SIDES = """
+[part]
+name = "shaft"
+dxf = "shaft.dxf"
+serial = "0017"
+[[setups]]
+name = "side1"
+zero_at_z_mm = 0.0
+programs = { dialect = "fanuc-lathe", finish = "first.nc" }
+tools = [{ number = 1, nose_radius_mm = 0.8, name = "roughing and finishing" }]
+[[setups]]
+name = "side2"
+zero_at_z_mm = -80.0
+flipped = true
+programs = { dialect = "fanuc-lathe", finish = "second.nc" }
+tools = [{ number = 2, nose_radius_mm = 0.8 }, { number = 4, nose_radius_mm = 0.4 }]
+[gauging]
+readings = "readings.csv"
+"""
+
+
+def drawing_of_sides() -> bytes:
+    """The shaft of two sides as a DXF drawing: its half section, x along the axis."""
+    document = new_drawing("R2010", units=4)
+    space = document.modelspace()
+    back = [(-80.0, 11.0), (-80.0, 17.0)]
+    front = [(-78, 19), (-50, 19), (-50, 26), (-30, 26), (-30, 18), (-3, 18), (0, 15), (0, 4), (-62, 4), (-62, 10)]
+    inside = [(-62, 10), (-79, 10), (-80, 11)]
+    for points in (back, front, inside):
+        for start, end in pairwise(points):
+            space.add_line(start, end)
+    space.add_arc((-78, 17), 2, 90, 180)
+    text = StringIO()
+    document.write(text)
+    return text.getvalue().encode()
+
+
+def of_sides(caller: Caller, **stated: Any) -> dict[str, Any]:
+    """The part of two set-ups, the second with two tools."""
+    drawing, second = (
+        hand_over(caller, *one)["sha256"] for one in (("shaft.dxf", drawing_of_sides()), ("second.nc", SIDES[1]))
+    )
+    then = {"program": second, "nose_radius_mm": 0.8, "tool": 2, "zero_at_z_mm": -80.0, "flipped": True}
+    then |= {"tools": [{"number": 4, "nose_radius_mm": 0.4}], **stated}
+    first = {"tool": 1, "tool_name": "roughing and finishing", "zero_at_z_mm": 0.0, "drawing": drawing}
+    return part_of(caller, SIDES[0], "first.nc", **first, then=[then])
+
+
+def test_a_part_of_two_set_ups_is_corrected_as_by_its_job_and_the_next_one_on_top(
+    service: Running, tmp_path: Path
+) -> None:
+    """By hand: the second side is 10 µm too thick and its faces stand 5 µm proud, so its tool goes 10 µm inwards in
+    diameter and 5 µm towards the chuck; the part after that, as far off, takes as much again.
+    """
+    otto = service.signed_in("operator")
+    part = of_sides(otto)
+    seen = otto.post("by-hand/part", part).json()
+    assert seen["problem"] is None, seen
+    assert seen["tools"] == ["side1: T1", "side2: T2", "side2: T4"]
+    made = corrected(otto, part, measured(OF_SIDES))
+    first, second = made["to_run"]
+    assert (first["setup"], first["entered"], first["program"], first["given"]) == (
+        "side1",
+        [],
+        "corrected-side1.nc",
+        False,
+    )
+    assert (second["setup"], second["program"], second["given"]) == ("side2", "second.nc", True)
+    assert second["entered"][0].startswith("T2 wear X −0.0100 mm (diameter), Z −0.0050"), second
+    assert made["ways"] == [] and made["kept"] and len(made["pictures"]) == 2
+    assert {one["cut_by"] for one in made["features"]} == {"side1: T1", "side2: T2"}
+
+    for name, content in (("first.nc", SIDES[0]), ("second.nc", SIDES[1]), ("shaft.dxf", drawing_of_sides())):
+        (tmp_path / name).write_bytes(content)
+    (tmp_path / "job.toml").write_text(JOB_OF_SIDES)
+    (tmp_path / "readings.csv").write_bytes(file_of(otto, made, "readings.csv"))
+    compensate_part(tmp_path / "job.toml", tmp_path / "out", store=False)
+    by_job = (tmp_path / "out" / "corrected-side1.nc").read_bytes()
+    assert moves(file_of(otto, made, "corrected-side1.nc")) == moves(by_job) != moves(SIDES[0])
+
+    (before,) = otto.post("by-hand/part", part).json()["made_before"]
+    assert (before["serial"], before["ways"], before["tool"]) == ("0017", [], "T1, T2")
+    answer = otto.post("by-hand/correction", {"part": part, "measured": measured(OF_SIDES, serial="0018")})
+    assert problem(answer) == "CMP-CUT-WITH"
+    stated = {"serial": "0018", "cut_with": before["id"], "made_before": [before["id"]]}
+    after = corrected(otto, part, measured(OF_SIDES, **stated))
+    assert after["to_run"][1]["entered"][0].startswith("T2 wear X −0.0100 mm (diameter), Z −0.0050")
+    assert any(
+        "X −10.0 µm (radius), Z −10.0 µm, of which X −5.0 µm, Z −5.0 µm were in force" in one for one in after["notes"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("stated", "code"),
+    [({"flipped": False}, "SET-MIRROR"), ({"zero_at_z_mm": None}, "SET-DATUM"), ({"nose_radius_mm": 0.2}, "SET-CUTS")],
+)
+def test_a_set_up_that_cannot_be_as_stated_is_refused(service: Running, stated: dict[str, Any], code: str) -> None:
+    otto = service.signed_in("operator")
+    assert otto.post("by-hand/part", of_sides(otto, **stated)).json()["problem"]["code"] == code
+
+
+def test_the_question_is_of_the_set_up_whose_program_it_is_about(service: Running) -> None:
+    otto = service.signed_in("operator")
+    second = hand_over(otto, "second.nc", SIDES[1].replace(b"G21 ", b""))["sha256"]
+    question = otto.post("by-hand/part", of_sides(otto, program=second)).json()["question"]
+    assert (question["about"], question["program"]) == ("unit", 1)
+    without = {**of_sides(otto), "drawing": ""}
+    assert otto.post("by-hand/part", without).json()["problem"]["code"] == "SRV-REQUEST"
+
+
+PLATE = EXAMPLES / "plate"
+FEATURES = {f"B{k}": f"bore{k + 1}" for k in range(6)} | {"S0": "boss1", "S1": "boss2"}
+FEATURES |= {"top": "face1", "step": "face3", "floor": "face4"}
+"""The features that the plate's program shows, by the names of its measurement."""
+
+
+def milled_part_of(caller: Caller) -> dict[str, Any]:
+    program = hand_over(caller, "finish.nc", (PLATE / "finish.nc").read_bytes())["sha256"]
+    return {"program": program, "dialect": "fanuc-mill", "name": "plate"}
+
+
+def test_a_milled_part_is_answered_as_by_its_job_on_the_command_line(service: Running, tmp_path: Path) -> None:
+    otto = service.signed_in("operator")
+    part = milled_part_of(otto)
+    assert otto.post("by-hand/milled", {**part, "dialect": None}).json()["question"]["about"] == "dialect"
+    seen = otto.post("by-hand/milled", part).json()
+    assert {one["name"] for one in seen["features"]} >= set(FEATURES.values())
+    assert {"bore1 diameter", "bore1 x", "bore1 y", "face1 z"} <= {one["name"] for one in seen["sizes"]}
+    measured = {"file": hand_over(otto, "part-1.dmo", (PLATE / "part-1.dmo").read_bytes())["sha256"], "names": FEATURES}
+    answer = otto.post("by-hand/entries", {"part": part, "measured": measured})
+    assert answer.status_code == 201, answer.text
+    made = answer.json()
+
+    for name in ("plate.toml", "finish.nc", "part-1.dmo"):
+        (tmp_path / name).write_bytes((PLATE / name).read_bytes())
+    job = (tmp_path / "plate.toml").read_text().replace("measuring_u_um = 0.8\n", "")
+    (tmp_path / "plate.toml").write_text(job)
+    read = read_milled(tmp_path / "plate.toml")
+    found = entries_for_next_part(read)
+    *by_command, rms = entry_lines(read, found)
+    changes = {line.partition(" (±")[0] for line in made["entries"]}
+    assert changes == {line.partition(" (±")[0] for line in by_command}, (made["entries"], by_command)
+    assert made["rms"] == rms
+
+    # The next part, off by as much again: what was entered is known by the record
+    stated = {**measured, "entered": next(one["sha256"] for one in made["files"] if one["name"] == "entries.json")}
+    again = problem(otto.post("by-hand/entries", {"part": {**part, "name": "other"}, "measured": stated}))
+    assert again == "MIL-RECORD"
+
+
+def test_typed_values_of_a_milled_part_are_taken_with_their_tolerances(service: Running) -> None:
+    """By hand: bores of 12 H7 (0 to +18 µm), read 20 µm too small and brought to the middle of the zone, need a path
+    29 µm wider in diameter: a radius 14.5 µm smaller at the control.
+    """
+    otto = service.signed_in("operator")
+    values = {"bore1 diameter": ["11,980", "11,980"]}
+    body = {"part": milled_part_of(otto), "measured": {"values": values, "tolerances": {"bore1 diameter": "H7"}}}
+    made = otto.post("by-hand/entries", body, params={"language": "de"}).json()
+    (line,) = made["entries"]
+    assert re.fullmatch(r"Werkzeug 2, Radius \(D22\): -0,01[45] mm dazu \(± 0,00\d\d mm\)", line), made
+    answer = problem(otto.post("by-hand/entries", {**body, "measured": {"values": {"bore9 diameter": ["1"]}}}))
+    assert answer == "MSR-FEATURE"

@@ -5,9 +5,9 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import FilePayload, expect
 
-from tests.server.test_by_hand import AFTER, READ, SHAFT
+from tests.server.test_by_hand import AFTER, FEATURES, OF_SIDES, PLATE, READ, SHAFT, SIDES, drawing_of_sides
 from tests.support.axe import findings
 from tests.support.factory import Shop
 from tests.support.served import NARROW, WIDE, Browsing, Window
@@ -20,6 +20,7 @@ from trueloop.jobs.factory.hand_job import AskedPart
 __all__ = ["own", "shop"]
 PICTURES = os.environ.get("TRUELOOP_SCREENSHOTS")
 """A folder for pictures of every step, to be looked at."""
+PLATE_FILES = ("finish.nc", "part-1.dmo")
 
 
 def usable(window: Window, name: str) -> None:
@@ -52,9 +53,8 @@ def handed(window: Window, program: bytes) -> None:
 
 
 def measured(window: Window, values: dict[str, str], serial: str) -> None:
-    numbers = window.page.get_by_role("textbox")
     for name, value in values.items():
-        numbers.and_(window.page.get_by_label(name)).fill(value)
+        window.page.get_by_role("textbox", name=re.compile(rf"^\d+ {name}$")).fill(value)
     window.page.get_by_label("Serial number or mark").fill(serial)
     window.page.get_by_label("± of the gauge").fill("4")
 
@@ -205,3 +205,91 @@ def test_a_file_of_measurements_without_a_unit_is_given_one(own: Browsing) -> No
         with page.expect_request("**/by-hand/correction*") as asked:
             page.get_by_role("button", name="Correct", exact=True).click()
         assert (asked.value.post_data_json or {})["measured"]["file_unit"] == "mm"
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["desk", "telephone"])
+def test_a_part_of_two_set_ups_is_corrected_by_a_program_and_a_wear_number(
+    own: Browsing, size: tuple[int, int]
+) -> None:
+    """The journey of `tests/server/test_by_hand.py`, whose docstring has the figures, without a terminal."""
+    with own.window("operator", size) as window:
+        page = window.page
+        window.go("/correct")
+        files = [("first.nc", SIDES[0]), ("second.nc", SIDES[1]), ("shaft.dxf", drawing_of_sides())]
+        page.get_by_label("Drop the finish program").set_input_files(
+            [FilePayload(name=name, mimeType="text/plain", buffer=content) for name, content in files]
+        )
+        first, second = (page.get_by_role("group", name=f"Set-up {k}") for k in (1, 2))
+        expect(first).to_contain_text("Program: first.nc")
+        expect(second).to_contain_text("Program: second.nc")
+        for setup, tool, zero in ((first, "1", "0"), (second, "2", "-80")):
+            setup.get_by_label("Nose radius of the finishing tool").fill("0,8")
+            setup.get_by_label("Offset number of tool 1").fill(tool)
+            setup.get_by_label("where this program’s Z is 0").fill(zero)
+        second.get_by_role("button", name="Add another tool").click()
+        second.get_by_label("Nose radius of tool 2").fill("0.4")
+        second.get_by_label("Offset number of tool 2").fill("4")
+        page.get_by_role("button", name="Show the part").click()
+        expect(page.get_by_role("alert").locator("code")).to_have_text("NC-DIALECT")
+        first.get_by_label("Control").select_option("Fanuc, turning")
+        page.get_by_role("button", name="Show the part").click()
+        expect(page.get_by_role("alert").locator("code")).to_have_text("SET-MIRROR")
+        expect(page.get_by_role("alert")).not_to_contain_text("[[setups]]")
+        usable(window, f"setups-refused-{size[0]}")
+        second.get_by_label("The part is turned round").check()
+        page.get_by_role("button", name="Show the part").click()
+        expect(page.locator("main")).to_contain_text("side1: T1, side2: T2, side2: T4. Control: Fanuc, turning")
+        measured(window, OF_SIDES, "0017")
+        usable(window, f"setups-{size[0]}")
+        page.get_by_role("button", name="Correct", exact=True).click()
+        result = page.get_by_role("region", name="What to do")
+        expect(result).to_contain_text("T2 wear X −0.0100 mm (diameter), Z −0.0050")
+        expect(result.get_by_role("link")).to_have_text("Download corrected-side1.nc")
+        usable(window, f"setups-result-{size[0]}")
+        expect(page.get_by_label("What cut this part").locator("option")).to_have_count(2 + 1)
+        page.get_by_label("What cut this part").select_option(index=2)
+        measured(window, OF_SIDES, "0018")
+        page.get_by_role("button", name="Correct", exact=True).click()
+        expect(page.get_by_role("region", name="What to expect")).to_contain_text("Z −10.0 µm, of which X −5.0 µm")
+        assert window.complaints == []
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["desk", "telephone"])
+def test_a_milled_part_is_answered_with_numbers_to_enter(own: Browsing, size: tuple[int, int]) -> None:
+    """The file of a measuring machine with other names, then values typed; in English and in German."""
+    with own.window("operator", size) as window:
+        page = window.page
+        window.go("/correct")
+        page.get_by_label("Part", exact=True).select_option("milled")
+        files = [
+            FilePayload(name=name, mimeType="text/plain", buffer=(PLATE / name).read_bytes()) for name in PLATE_FILES
+        ]
+        page.get_by_label("the entries.json of the last answer").set_input_files(files)
+        expect(page.locator("main")).to_contain_text("Measurement: part-1.dmo")
+        page.get_by_role("button", name="Show the part").click()
+        expect(page.get_by_role("alert").locator("code")).to_have_text("NC-DIALECT")
+        page.get_by_label("Control", exact=True).select_option("Fanuc, milling")
+        page.get_by_role("button", name="Show the part").click()
+        go = page.get_by_role("button", name="Find the numbers to enter")
+        go.click()
+        expect(page.get_by_role("alert").locator("code")).to_have_text("MIL-NONE")
+        expect(page.get_by_role("alert")).not_to_contain_text("[names]")
+        for theirs, feature in FEATURES.items():
+            page.get_by_label(f"Name in the measurement: {feature}", exact=True).select_option(theirs)
+        usable(window, f"milled-part-{size[0]}")
+        go.click()
+        result = page.get_by_role("region", name="What to do")
+        expect(result).to_contain_text("tool 2, radius (D22): add -0.020 mm")
+        expect(result).to_contain_text("G54, rotation about Z: add -0.012°")
+        expect(result.get_by_role("link", name="entries.json")).to_be_visible()
+        usable(window, f"milled-result-{size[0]}")
+        page.get_by_role("button", name="Remove part-1.dmo").click()
+        expect(go).to_be_disabled()
+        page.get_by_role("textbox", name="bore1 diameter", exact=True).fill("11,980; 11,980")
+        page.get_by_label("Tolerance, mm: bore1 diameter").fill("H7")
+        if size == NARROW:
+            page.get_by_role("button", name="Menu").click()
+        page.get_by_role("button", name="Deutsch").click()
+        page.get_by_role("button", name="Zahlen zum Eingeben bestimmen").click()
+        expect(page.get_by_role("region", name="Was zu tun ist")).to_contain_text("Werkzeug 2, Radius (D22): -0,01")
+        usable(window, f"milled-typed-{size[0]}")

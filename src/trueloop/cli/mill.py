@@ -17,11 +17,11 @@ from trueloop.cli.program_file import (
 )
 from trueloop.cli.shared_options import argument, option, positive
 from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines, print_table
-from trueloop.units import MM_PER_INCH, UM_PER_MM
+from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.jobs.milled import MilledJob
-    from trueloop.milled.entries import ExpectedSize, Proposal, ProposedEntry
+    from trueloop.milled.entries import ExpectedSize, Proposal
     from trueloop.milled.feature import MilledFeature
 
 app = Group("Milled parts: radii, lengths and work offsets to enter. They follow from what was measured.")
@@ -42,6 +42,7 @@ def entries(
     """
     from trueloop.formats.outputs import write_all
     from trueloop.jobs.milled import RECORD, entries_for_next_part, read_milled, record_of
+    from trueloop.jobs.milled_words import entry_lines, proposal_notes
 
     with busy(f"reading {job}"):
         read = read_milled(job)
@@ -50,11 +51,11 @@ def entries(
     if as_json:
         print_json({**_as_dict(read, found), "files": list(map(str, files))})
         return
-    print_lines(_entry_lines(read, found))
+    print_lines(entry_lines(read, found))
     head = ("size or coordinate", "last part µm", "next, unchanged µm", "P(in)", "next, entered µm", "P(in)")
     print_table(head, (_row(one) for one in found.expected))
     print_table(("feature", "tool", "radius at", "work offset", "direction", "line"), _cuts(read))
-    print_lines([*_notes(read, found), *files])
+    print_lines([*proposal_notes(read, found), *files])
 
 
 @app.command()
@@ -163,26 +164,6 @@ def _feature_as_dict(feature: "MilledFeature") -> dict[str, object]:
     }
 
 
-def _entry_lines(job: "MilledJob", proposal: "Proposal") -> list[str]:
-    before, after = (UM_PER_MM * value for value in proposal.rms_mm)
-    lines = [_entry_line(job, one) for one in proposal.proposed] or ["nothing to enter: no number is known to be off"]
-    return [*lines, f"expected deviation, RMS: {before:.1f} µm unchanged, {after:.1f} µm with these numbers"]
-
-
-def _entry_line(job: "MilledJob", entry: "ProposedEntry") -> str:
-    """Returns what to type, in the unit of the control and of its register; in the job's beside it where it differs."""
-    typed, words = job.as_entered(entry), entry.entry.words
-    unit, decimals = {"mm": (" mm", 3), "in": (" in", 4), "deg": ("°", 3)}[typed.unit]
-    if entry.entry.register in ("radius", "length"):
-        words = f"tool {entry.entry.of}, {typed.holds}" + (f" ({typed.name})" if typed.name else "")
-    change = f"{typed.change:+.{decimals}f}{unit}"
-    if typed.unit != "deg" and job.control_unit != job.job.unit:
-        own, per = ("in", 1.0 / MM_PER_INCH) if typed.unit == "mm" else ("mm", MM_PER_INCH)
-        change += f" = {typed.change * per:+.{8 - decimals}f} {own}"
-    total = "" if entry.change == entry.total else f"; since the first part {typed.total:+.{decimals}f}{unit}"
-    return f"{words}: add {change} (± {2.0 * typed.standard_u:.{decimals + 1}f}{unit}){total}"
-
-
 def _row(size: "ExpectedSize") -> tuple[str, ...]:
     measured = "" if size.measured_mm is None else f"{UM_PER_MM * size.measured_mm:+.1f}"
     cells = [size.seen.name, measured]
@@ -198,35 +179,6 @@ def _cuts(job: "MilledJob") -> Iterator[tuple[str, ...]]:
     for one in job.cut.features.values():
         name, *_, tool, where, offset, side = _feature_row(one)
         yield name, tool, where, offset, side, str(job.cut.lines.get(name, ""))
-
-
-def _notes(job: "MilledJob", proposal: "Proposal") -> list[str]:
-    notes = [
-        f"{name}: far off what tools and work offsets explain; it has no part in these numbers, measure it again"
-        for name in proposal.unlike
-    ]
-    for each in proposal.contradictory:
-        low, high = (f"{UM_PER_MM * value:+.1f}" for value in each.between_mm)
-        counted = "" if len(each.names) == 1 else f" as {each.names[0]}"
-        notes.append(
-            " and ".join(each.names)
-            + f": {each.readings} readings on part {each.serial!r}, {low} to {high} µm{counted}, contradict "
-            "each other; they have no part in these numbers, measure it again"
-        )
-    if proposal.suspected:
-        notes.append(
-            f"part {job.parts[-1].serial!r} is off {proposal.suspected}; so little may be scatter: look at the control "
-            "before anything is entered"
-        )
-    notes += [
-        f"{entry.words}: only {name} shows it, read once; a chip there would be entered too: measure it a second time"
-        for entry, name in proposal.by_one_reading.items()
-    ]
-    notes += [f"{name}: not in the program; tool and work offset are as stated" for name in job.cut.stated]
-    if job.unused:
-        listed = ", ".join(job.unused[:10]) + (", …" if len(job.unused) > 10 else "")
-        notes.append(f"{len(job.unused)} readings show no size or coordinate of a feature: {listed}")
-    return notes
 
 
 def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:

@@ -197,11 +197,16 @@ def _words(letter: str, numbers: tuple[int, ...], dialect: str) -> str:
 
 @dataclass(frozen=True)
 class ProposedJob:
-    """A job that was written, its features with what cuts them, and notes on what the program leaves open."""
+    """A job that was written, its features with what cuts them, and notes on what the program leaves open.
+
+    `dialect` and unit (`inch`) are the program's.
+    """
 
     file: Path
     features: tuple[MilledFeature, ...]
     notes: tuple[str, ...]
+    dialect: str
+    inch: bool
 
 
 def new_milled_job(
@@ -272,7 +277,7 @@ def new_milled_job(
         "",
     ]
     [file] = write_all(output.parent, [(output.name, "\n".join(lines).encode())], [program])
-    return ProposedJob(file, tuple(found), tuple(notes))
+    return ProposedJob(file, tuple(found), tuple(notes), dialect, inch)
 
 
 def _feature_lines(one: MilledFeature, scale: float) -> list[str]:

@@ -101,7 +101,7 @@ def _round(
         if not any(math.dist(one.centre_mm, wall.centre_mm) <= MATCH_MM for _, wall, _ in walls):
             x, y, line = *one.centre_mm, int(passes.path.line[one.move])
             tool = passes.called(one.move).tool
-            notes[f"line {line}: a circle about x {x:.3f}, y {y:.3f} mm by tool {tool}: state --tool {tool}=R…"] = None
+            notes[f"line {line}: a circle about x {x:.3f}, y {y:.3f} mm by tool {tool}: state its radius"] = None
     kept = dict[tuple[object, ...], tuple[Kind, Circle, float]]()
     for kind, one, size in walls:
         outwards = 1.0 if kind == "bore" else -1.0
@@ -154,7 +154,7 @@ def _holes(
         if milled or low >= top:
             continue
         if tool not in radius_mm:
-            notes[f"holes by tool {tool}: state its radius, --tool {tool}=R…"] = None
+            notes[f"holes by tool {tool}: state its radius"] = None
             continue
         yield _feature("bore", (x, y, top), 2.0 * radius_mm[tool], top - low)
 

@@ -97,6 +97,8 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("GET", "/uploads/{sha}/file"): OPERATOR,
     ("POST", "/by-hand/part"): Access("operator", once=False),
     ("POST", "/by-hand/correction"): OPERATOR,
+    ("POST", "/by-hand/milled"): Access("operator", once=False),
+    ("POST", "/by-hand/entries"): OPERATOR,
     ("POST", "/uploads/{sha}/read"): Access("operator", once=False),
     ("POST", "/uploads/{sha}/program"): OPERATOR,
     ("POST", "/uploads/{sha}/measurement"): OPERATOR,

@@ -78,7 +78,7 @@ def test_paths_of_the_centre_need_the_cutters_radius(tmp_path: Path) -> None:
         "G21 G17 G90 G40 G49\nT4 M6\nG54 G0 X0. Y0. S3000 M3\nG43 H4 Z20.\n"
         "G1 Z-5. F100.\nX7.\nG3 I-7.\nG1 X0.\nG0 Z20.\nX80. Y0.\nG1 Z-6.\nX64.\nG2 I-14.\nG1 X80.\nG0 Z20.\nM30\n"
     )
-    assert "line 7: a circle about x 0.000, y 0.000 mm by tool 4: state --tool 4=R" in run(
+    assert "line 7: a circle about x 0.000, y 0.000 mm by tool 4: state its radius" in run(
         "mill", "new", program, "-o", tmp_path / "none.toml", "-d", "haas-mill", status=3
     )
     assert not (tmp_path / "none.toml").exists()

@@ -1,10 +1,12 @@
+import { NativeSelect } from "@mantine/core";
 import { useIsMutating } from "@tanstack/react-query";
 import { useState } from "react";
 
 import type { Shape } from "../api/client";
 import { Head } from "../show/parts";
-import { useText } from "../text/text";
+import { ByFields, useText } from "../text/text";
 import { Given, type Files } from "./correct/Given";
+import { Milled } from "./correct/Milled";
 import { Measure } from "./correct/Measure";
 import { Result } from "./correct/Result";
 
@@ -20,20 +22,34 @@ type Made = Shape<"CorrectedByHand">;
 export default function Correct() {
   const text = useText();
   const busy = useIsMutating() > 0; // what is asked or corrected is what stands in the fields
-  const [files, keep] = useState<Files>({});
+  const [kind, choose] = useState("turned");
+  const [files, keep] = useState<Files>({ programs: [] });
   const [seen, show] = useState<Seen>();
-  const [done, made] = useState<{ made: Made; given: string }>();
+  const [done, made] = useState<Made>();
   return (
-    <>
-      <Head title={text("page.correct")} />
-      <fieldset className="unframed" disabled={busy}>
+    <ByFields.Provider value>
+      <Head title={text("page.correct")}>
+        <NativeSelect
+          aria-label={text("correct.kind")}
+          value={kind}
+          disabled={busy}
+          onChange={(event) => choose(event.currentTarget.value)}
+          data={(["turned", "milled"] as const).map((value) => ({ value, label: text(`correct.kind.${value}`) }))}
+        />
+      </Head>
+      {kind === "milled" && (
+        <fieldset className="unframed" disabled={busy}>
+          <Milled />
+        </fieldset>
+      )}
+      <fieldset className="unframed" disabled={busy} hidden={kind !== "turned"}>
         <Given files={files} keep={keep} busy={busy} show={(next) => (show(next), made(undefined))} />
         {seen && (
           <Measure
             key={JSON.stringify(seen.asked)}
             {...seen}
             changed={() => made(undefined)}
-            done={(one) => made({ made: one, given: seen.asked.program })}
+            done={made}
             next={(part) => {
               keep((all) => ({ ...all, measurement: undefined }));
               show(part && { ...seen, part, file: undefined });
@@ -41,7 +57,7 @@ export default function Correct() {
           />
         )}
       </fieldset>
-      {done && <Result key={done.made.id} made={done.made} given={done.given} />}
-    </>
+      {kind === "turned" && done && <Result key={done.id} made={done} />}
+    </ByFields.Provider>
   );
 }

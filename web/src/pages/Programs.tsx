@@ -6,7 +6,7 @@ import type { Shape } from "../api/client";
 import { hash } from "../show/format";
 import { Act, Age, Head, More, Opens, Refused, Rows, Section, Shown, State, To, useWhyNot } from "../show/parts";
 import { useProgramName } from "../show/program";
-import { useText } from "../text/text";
+import { useName, useText } from "../text/text";
 
 type Program = Shape<"ProgramRow">;
 const HEAD = ["program", "hash", "dialect", "kept", "open", "released"] as const;
@@ -14,6 +14,7 @@ const HEAD = ["program", "hash", "dialect", "kept", "open", "released"] as const
 /** All programs, the latest first; an engineer releases them, and two of them can be compared. */
 export default function Programs() {
   const text = useText();
+  const word = useName();
   const { name } = useProgramName();
   const list = usePages<Program>("programs");
   return (
@@ -38,7 +39,7 @@ export default function Programs() {
                     )}
                   </>,
                   <code className="number">{hash(one.sha256)}</code>,
-                  `${one.dialect} ${one.unit}`,
+                  `${word("dialect", one.dialect)} ${one.unit}`,
                   <Age at={one.kept_at} />,
                   <Opens href={`programs/${one.sha256}`}>{text("program.open")}</Opens>,
                   one.released ? <State kind="state" name="released" /> : <Release sha256={one.sha256} />,

@@ -4,7 +4,7 @@ import { Link } from "wouter";
 
 import { Problem } from "../api/client";
 import { useContact } from "../live/contact";
-import { useName, useText, type Key } from "../text/text";
+import { useHint, useName, useText, type Key } from "../text/text";
 import { ago, moment } from "./format";
 import { textIn, type Given, type TypedLength } from "./length";
 import { useLengths } from "./lengths";
@@ -13,9 +13,10 @@ import { may, useUser, type Role } from "./roles";
 /** Why something was refused: what, the code to look it up by, and what to do. */
 export function Refused({ problem }: { problem: Problem | null | undefined }) {
   const text = useText();
+  const hinted = useHint();
   if (!problem) return null;
   const own = problem.message.startsWith("problem.");
-  const hint = problem.hint.startsWith("problem.") ? text(problem.hint as Key) : problem.hint;
+  const hint = problem.hint.startsWith("problem.") ? text(problem.hint as Key) : hinted(problem);
   return (
     <Alert className="refused" role="alert" variant="default" title={own ? text(problem.message as Key) : problem.message}>
       <Text size="sm">
@@ -203,14 +204,14 @@ export function useWhyNot() {
 }
 
 /** A button that says below itself why it cannot be pressed. */
-export function Act({ label, why, busy, onClick, danger, submit }: ActProps) {
+export function Act({ label, why, busy, onClick, danger, plain, submit }: ActProps) {
   return (
     <div className="act">
       <Button
         type={submit ? "submit" : "button"}
         disabled={Boolean(why)}
         loading={busy ?? false}
-        variant={danger ? "outline" : "filled"}
+        variant={danger ? "outline" : plain ? "default" : "filled"}
         {...(danger ? { color: "red" } : {})}
         onClick={onClick}
       >
@@ -227,6 +228,8 @@ interface ActProps {
   busy?: boolean;
   onClick?: () => void;
   danger?: boolean;
+  /** Beside the act that the page is for. */
+  plain?: boolean;
   submit?: boolean;
 }
 

@@ -1,7 +1,7 @@
 import { i18n } from "@lingui/core";
 import { compileMessage } from "@lingui/message-utils/compileMessage";
 import { useLingui } from "@lingui/react";
-import { useCallback, useContext } from "react";
+import { createContext, useCallback, useContext } from "react";
 
 import { nameOf } from "../show/length";
 import { UnitContext } from "../show/lengths";
@@ -39,4 +39,17 @@ export function useName() {
     const key = `${kind}.${name}`;
     return !name ? "" : key in en ? text(key as Key) : name;
   };
+}
+
+/** The controls whose programs are read, by the names that the service uses. */
+export const DIALECTS = Object.keys(en).flatMap((key) => (key.startsWith("dialect.") ? [key.slice("dialect.".length)] : []));
+
+/** Whether a page states by its fields what a job file states elsewhere. */
+export const ByFields = createContext(false);
+
+/** What to do about a refusal: on a page of fields in its words, not in those of files and commands. */
+export function useHint() {
+  const word = useName();
+  const own = useContext(ByFields);
+  return ({ code, hint }: { code: string; hint: string }) => (own && `hint.${code}` in en ? word("hint", code) : hint);
 }

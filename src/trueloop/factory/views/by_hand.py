@@ -34,17 +34,23 @@ class SizeToMeasure:
 
 @dataclass(frozen=True)
 class Unstated:
-    """A statement that is needed to read the program; `choices` where there are some, or names of parameters."""
+    """A statement that is needed to read a program; `choices` where there are some, or names of parameters.
+
+    `program` is that of which set-up, from 0.
+    """
 
     about: About
     choices: tuple[str, ...] = ()
+    program: int = 0
 
 
 @dataclass(frozen=True)
 class MadeBefore:
     """A correction of the program that is in the store, and the ways in which it may have cut the part.
 
-    `tool` is the edge that it is of, as programs call it; "" where neither job nor program states it.
+    `tool` is the edge that it is of, as programs call it; "" where neither job nor program states it. Of several tools
+    or set-ups it stands for the corrections of all that were made from one measurement, carried out as they state: it
+    has no ways, and the id of the first.
     """
 
     id: str
@@ -110,8 +116,24 @@ class WayToCut:
 
 
 @dataclass(frozen=True)
+class ProgramToRun:
+    """The tools and the program of a part that several tools cut, by set-up: `entered` at the control, in words, with
+    `blocks` that enter it from a program; the program to be run then, `given` where it is the one handed over.
+    """
+
+    setup: str
+    entered: tuple[str, ...]
+    blocks: tuple[str, ...]
+    program: str
+    given: bool
+
+
+@dataclass(frozen=True)
 class FeatureExpected:
-    """A feature before and after: worst errors and expanded uncertainty (95 %), µm; None of what was not measured."""
+    """A feature before and after: worst errors and expanded uncertainty (95 %), µm; None of what was not measured.
+
+    `cut_by` is the tool of a part that several cut, and its set-up.
+    """
 
     feature: str
     touches: int
@@ -119,11 +141,13 @@ class FeatureExpected:
     expected_um: float
     expanded_u_um: float
     correction: str
+    cut_by: str = ""
 
 
 @dataclass(frozen=True)
 class CorrectedByHand:
-    """A correction by a person's readings: one of `ways` is to be taken, the first is the recommended one.
+    """A correction by a person's readings: one of `ways` is to be taken, the first is the recommended one. Of several
+    tools or set-ups it has none, and all of `to_run` is to be done.
 
     `kept`: whether the part is in the store, so that the next correction knows this one.
     """
@@ -135,5 +159,77 @@ class CorrectedByHand:
     features: tuple[FeatureExpected, ...]
     notes: tuple[str, ...]
     remarks: tuple[Remarked, ...]
-    picture: Picture
+    pictures: tuple[Picture, ...]
     files: tuple[FileMade, ...]
+    to_run: tuple[ProgramToRun, ...] = ()
+
+
+@dataclass(frozen=True)
+class MilledFeatureShown:
+    """A feature that a program mills, as the program has it, mm, with what cuts it.
+
+    `radius_at_control`: the radius of its tool stands at the control; else in the path.
+    """
+
+    name: str
+    kind: str
+    at_mm: tuple[float, float, float]
+    size_mm: float
+    tool: str
+    work_offset: str
+    side: str
+    radius_at_control: bool
+
+
+@dataclass(frozen=True)
+class MilledSize:
+    """A size or coordinate that a feature shows: its `quantity` is diameter, width, x, y or z."""
+
+    number: int
+    name: str
+    feature: str
+    quantity: str
+    nominal_mm: float
+
+
+@dataclass(frozen=True)
+class MilledPart:
+    """The features that a program mills. Where it cannot be read, `problem` says why, and `question` what helps.
+
+    Values are typed in `unit`, the program's.
+    """
+
+    name: str
+    dialect: str = ""
+    unit: Literal["mm", "inch"] = "mm"
+    features: tuple[MilledFeatureShown, ...] = ()
+    sizes: tuple[MilledSize, ...] = ()
+    notes: tuple[str, ...] = ()
+    question: Unstated | None = None
+    problem: Remarked | None = None
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """Deviation of a size or coordinate from its nominal value, µm: on the last part, None where it was not measured,
+    and expected of the next one unchanged and with the numbers entered, ± at 95 %.
+    """
+
+    name: str
+    measured_um: float | None
+    unchanged_um: float
+    entered_um: float
+    expanded_u_um: float
+    probability_in: float | None
+
+
+@dataclass(frozen=True)
+class MilledEntries:
+    """The numbers to enter at the control before the next part, in words; `anything`: there are some."""
+
+    entries: tuple[str, ...]
+    rms: str
+    expected: tuple[Expectation, ...]
+    notes: tuple[str, ...]
+    anything: bool
+    files: tuple[FileMade, ...] = ()

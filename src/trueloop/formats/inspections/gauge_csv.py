@@ -5,9 +5,10 @@
 
 The value stands in one of `diameter`, `radius`, `length`, `runout` with `_mm`, `_um` or `_in`, or `angle_deg`; or in
 `value_mm` (`value_um`, `value_in`, `value_deg`) beside `quantity`. Optional: `characteristic`, `from` (the feature a
-length counts from; empty: the part's zero), `z_mm` and `x_mm` (a radius), `nominal`, `lower_limit`, `upper_limit` and
-`deviation` in the unit of the value, and what is in `STATED`. The latter also as comments `# key: value` above, for all
-rows. A row without a value was not measured. Separator and decimal comma as in every CSV file here.
+length counts from; empty: the part's zero), `axis` (x, y or z, of a position), `z_mm` and `x_mm` (a radius), `nominal`,
+`lower_limit`, `upper_limit` and `deviation` in the unit of the value, and what is in `STATED`. The latter also as
+comments `# key: value` above, for all rows. A row without a value was not measured. Separator and decimal comma as in
+every CSV file here.
 The sheet that a person fills in beside the part is such a file with an empty cell for each value.
 """
 
@@ -45,6 +46,7 @@ VALUES: Final = {f"{one}{unit}": (one, factor) for one in LENGTHS for unit, fact
 OF_QUANTITY: Final = {"value_deg": 1.0} | {f"value{unit}": factor for unit, factor in FACTORS.items()}
 PLACES: Final = {f"{axis}{unit}": (axis, factor) for axis in "xz" for unit, factor in FACTORS.items() if unit != "_um"}
 READ: Final = (*VALUES, *OF_QUANTITY)
+AXES: Final[tuple[Literal["", "x", "y", "z"], ...]] = ("", "x", "y", "z")
 ALONG: Final = {axis: [name for name, (of, _) in PLACES.items() if of == axis] for axis in "xz"}
 STATED: Final = ("part", "serial", "instrument", "operator", "measured_at", "temperature_c")
 UNCERTAINTIES: Final = {
@@ -56,7 +58,7 @@ UNCERTAINTIES: Final = {
 KEYS: Final = (*STATED, *UNCERTAINTIES)
 IN_ITS_UNIT: Final = ("nominal", "lower_limit", "upper_limit", "deviation")
 COLUMNS: Final = (
-    *("characteristic", "feature", "from", "quantity", *IN_ITS_UNIT),
+    *("characteristic", "feature", "from", "quantity", "axis", *IN_ITS_UNIT),
     *(*VALUES, *OF_QUANTITY, *PLACES, *KEYS),
 )
 HINT: Final = "a header such as feature,z_mm,diameter_mm and a row a reading: docs/measurements.md, Gauge readings"
@@ -214,6 +216,7 @@ def _row(table: _Table, k: int) -> _Row | None:
         feature=feature,
         other=table.text(k, "from"),
         place_mm=place,
+        axis=_axis(table, k),
         standard_u=None if uncertainty is None else _positive(table, k, uncertainty) * UNCERTAINTIES[uncertainty],
         measured_at=_moment(table, k),
         temperature_c=table.number(k, "temperature_c"),
@@ -230,6 +233,14 @@ def _quantity(table: _Table, k: int, column: str) -> Quantity:
         why = f"quantity is {text!r}, which {column} is no value of"
         raise table.refusal(k, why, column, f"write one of {', '.join(Quantity)}; an angle's value is value_deg")
     return Quantity(text)
+
+
+def _axis(table: _Table, k: int) -> Literal["", "x", "y", "z"]:
+    text = table.text(k, "axis").lower()
+    for one in AXES:
+        if text == one:
+            return one
+    raise table.refusal(k, f"axis is {text!r}", "axis", "write x, y or z, or leave it empty")
 
 
 def _place(table: _Table, k: int) -> tuple[float, ...]:

@@ -1,6 +1,6 @@
 """The text of a new job file: what was found and stated, with the keys that its owner is likely to want next."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Literal
@@ -8,6 +8,35 @@ from typing import Final, Literal
 from trueloop.domain.characteristic import Characteristic
 from trueloop.formats.jobs.profile_of_job import part_table_toml, quoted, side_key
 from trueloop.geometry.profile import Profile
+
+
+@dataclass(frozen=True)
+class NewTool:
+    """An edge that cuts: `number` is that of its offset, which only the one tool of a part may leave open."""
+
+    nose_radius_mm: float
+    number: int | None = None
+    tip: int | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class NewProgram:
+    """A finish program with its tools. Of several set-ups it is that of set-up `name`, with z of the part where its
+    Z is 0, and whether the part is turned round. `cut`: keys of its table [programs] that state what cut the part.
+    """
+
+    finish: Path
+    dialect: str
+    tools: Sequence[NewTool]
+    unit: Literal["mm", "inch"] | None = None
+    lines: tuple[int, int] | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    accept_unknown_words: bool = False
+    name: str = ""
+    zero_at_z_mm: float | None = None
+    flipped: bool = False
+    cut: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -21,9 +50,7 @@ class NewJob:
 
     name: str
     profile: Profile
-    dialect: str
-    finish: Path
-    nose_radius_mm: float
+    programs: Sequence[NewProgram]
     measured_key: Literal["readings", "touches"]
     measured_file: str
     notes: Sequence[str] = ()
@@ -31,19 +58,14 @@ class NewJob:
     drawing: Path | None = None
     drawing_key: str = ""
     chosen: Mapping[str, int | str] = field(default_factory=dict)
-    tool: int | None = None
-    tip: int | None = None
-    unit: Literal["mm", "inch"] | None = None
-    lines: tuple[int, int] | None = None
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    accept_unknown_words: bool = False
     stated: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 def job_toml(new: NewJob) -> str:
     """The job as TOML."""
     gauging = f"[gauging]\n{new.measured_key} = {quoted(new.measured_file)}\n"
-    lines = "\n".join([_part(new), _tool(new), _programs(new), gauging, '[output]\nfolder = "out"', ""]).split("\n")
+    cuts = _setups(new.programs) if len(new.programs) > 1 else _of_one(new.programs[0])
+    lines = "\n".join([_part(new), *cuts, gauging, '[output]\nfolder = "out"', ""]).split("\n")
     for table, keys in new.stated.items():
         added = [f"{key} = {value}" for key, value in keys.items()]
         if f"[{table}]" not in lines:
@@ -52,6 +74,20 @@ def job_toml(new: NewJob) -> str:
             at = lines.index(f"[{table}]") + 1
             lines[at:at] = added
     return "\n".join(lines)
+
+
+def _of_one(of: NewProgram) -> list[str]:
+    heading = "[tool]" if len(of.tools) == 1 else "[[tools]]"
+    return [*(_tool(heading, one) for one in of.tools), _program("[programs]", of)]
+
+
+def _setups(programs: Iterable[NewProgram]) -> Iterator[str]:
+    for of in programs:
+        zero = [] if of.zero_at_z_mm is None else [f"zero_at_z_mm = {of.zero_at_z_mm!r}"]
+        turned = ["flipped = true"] if of.flipped else []
+        yield "\n".join(["[[setups]]", f"name = {quoted(of.name)}", *zero, *turned, ""])
+        yield _program("[setups.programs]", of)
+        yield from (_tool("[[setups.tools]]", one) for one in of.tools)
 
 
 def _part(new: NewJob) -> str:
@@ -72,22 +108,24 @@ def _part(new: NewJob) -> str:
     ) + characteristics_toml(new.asked)
 
 
-def _tool(new: NewJob) -> str:
-    number = [] if new.tool is None else [f"number = {new.tool}"]
-    tip = [] if new.tip is None else [f"tip = {new.tip}"]
-    return "\n".join(["[tool]", f"nose_radius_mm = {new.nose_radius_mm!r}", *number, *tip, ""])
+def _tool(heading: str, of: NewTool) -> str:
+    number = [] if of.number is None else [f"number = {of.number}"]
+    tip = [] if of.tip is None else [f"tip = {of.tip}"]
+    name = [f"name = {quoted(of.name)}"] if of.name else []
+    return "\n".join([heading, f"nose_radius_mm = {of.nose_radius_mm!r}", *number, *tip, *name, ""])
 
 
-def _programs(new: NewJob) -> str:
-    given = ", ".join(f"{quoted(name)} = {value!r}" for name, value in new.parameters.items())
+def _program(heading: str, of: NewProgram) -> str:
+    given = ", ".join(f"{quoted(name)} = {value!r}" for name, value in of.parameters.items())
     return "\n".join(
         [
-            "[programs]",
-            f"dialect = {quoted(new.dialect)}",
-            f"finish = {quoted(new.finish.as_posix())}",
-            *([] if new.lines is None else [f"finish_lines = [{new.lines[0]}, {new.lines[1]}]"]),
-            *([] if new.unit is None else [f"unit = {quoted(new.unit)}"]),
-            *(["accept_unknown_words = true"] if new.accept_unknown_words else []),
+            heading,
+            *(f"{key} = {quoted(value)}" for key, value in of.cut.items()),
+            f"dialect = {quoted(of.dialect)}",
+            f"finish = {quoted(of.finish.as_posix())}",
+            *([] if of.lines is None else [f"finish_lines = [{of.lines[0]}, {of.lines[1]}]"]),
+            *([] if of.unit is None else [f"unit = {quoted(of.unit)}"]),
+            *(["accept_unknown_words = true"] if of.accept_unknown_words else []),
             *([] if not given else [f"parameters = {{ {given} }}"]),
             "",
         ]

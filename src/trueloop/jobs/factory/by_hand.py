@@ -3,18 +3,20 @@
 Corrections of a person's program that the store has, among which what cut the next part is chosen.
 """
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from trueloop.described import filled_from
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.life import Ran
 from trueloop.domain.option import MemoryUse, PageOptions
 from trueloop.domain.record import Correction as StoredCorrection
+from trueloop.domain.record import Record
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.views.by_hand import (
     About,
@@ -24,6 +26,7 @@ from trueloop.factory.views.by_hand import (
     MadeBefore,
     PartByHand,
     Picture,
+    ProgramToRun,
     SizeToMeasure,
     Unstated,
     Way,
@@ -37,11 +40,14 @@ from trueloop.jobs.factory.uploads import HandedFile, add_upload, safe_name, upl
 from trueloop.jobs.store.opened import Keeping
 from trueloop.jobs.turned.characteristics import tolerance_name
 from trueloop.jobs.turned.compensate import Done, corrected_into
+from trueloop.jobs.turned.cut_with import OF_ALL
+from trueloop.jobs.turned.inputs import read_setups
 from trueloop.jobs.turned.job import read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.new import gauge_sheet_of
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.in_force import keeps_wear
+from trueloop.loops.turned.part import SetupCorrection
 from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.called import CalledOffset, called
 from trueloop.nc.program.dialect import DIALECTS
@@ -53,7 +59,7 @@ from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.features import feature_summaries
 from trueloop.report.turned.figures import whiskers
 from trueloop.report.turned.page import WIDTHS
-from trueloop.report.turned.part import all_notes
+from trueloop.report.turned.part import all_notes, answer_of, answers
 from trueloop.report.turned.summary import headline
 from trueloop.report.turned.touch_sheet import places_figure
 from trueloop.storage.store import Store, find
@@ -72,6 +78,8 @@ QUESTIONS: Final[Mapping[Code, About]] = {
 OUT: Final = "out"
 OWN: Final = (OUT, JOB, SHEET, MAPPING, "sheet.html")
 """Names in the folder of a job that no file of a person has there."""
+CUT: Final = "cut"
+"""The folder of corrections that cut the part, in that of the job."""
 ALONE: Final[MemoryUse] = "off"
 """How earlier parts take part in the correction of one without a serial number: it may be one of them."""
 
@@ -94,17 +102,18 @@ def hand_files(store: Store, request: HandRequest) -> Iterator[HandedFile]:
     """
     part, measured = request.part, request.measured
     program = upload_of(store, part.program, request.by)
+    files = [*(("program", one.program) for one in part.programs), ("drawing", part.drawing)]
+    files.append(("measured", measured.file if measured else ""))
     with unnamed_folder() as outer:
         folder = outer / "part"
         folder.mkdir()
         names = list[str]()
-        files = {"program": part.program, "drawing": part.drawing, "measured": measured.file if measured else ""}
-        for of, sha in files.items():
+        for of, sha in files:
             upload = upload_of(store, sha, request.by) if sha else None
             names.append("" if upload is None else _free_name(of, upload.name, names))
             if upload is not None:
                 (folder / names[-1]).write_bytes(upload.content)
-        path, drawing, file = folder / names[0], *names[1:]
+        path, *then, drawing, file = names
         name = part.name or name_before(store, part.program) or Path(program.name).stem or "part"
         job = HandJob(
             part=part,
@@ -112,12 +121,14 @@ def hand_files(store: Store, request: HandRequest) -> Iterator[HandedFile]:
             measured=measured,
             drawing=drawing,
             file=file,
+            then=tuple(then),
+            cut=_written_cut(store, part, measured.cut_with, folder) if measured else "",
             operator=request.by,
             language=request.say.language,
             unit=request.say.unit,
         )
         try:
-            yield HandedFile(str(path), program.name, program.sha256, hand=job)
+            yield HandedFile(str(folder / path), program.name, program.sha256, hand=job)
         except TrueloopError as refused:
             raise without_folder(refused, folder) from refused
 
@@ -128,12 +139,13 @@ def part_by_hand(handed: HandedFile) -> PartByHand:
     try:
         job, made = written_job(handed.file, asked)
         say = Texts(asked.language, asked.unit)
-        return replace(_shown(job, say), notes=tuple(map(say.note, made.notes)))
+        return replace(_shown(job, asked.part, say), notes=tuple(map(say.note, made.notes)))
     except TrueloopError as refused:
         said = without_folder(refused, handed.file.parent)
-        where = f"{said.place}: " if str(said.place) else ""
-        problem = Remarked("error", said.code.value, f"{where}{said.message}", said.hint, said.place.line)
-        return PartByHand(asked.name, asked.part.dialect or "", problem=problem, question=_question(handed, refused))
+        names = (handed.file.name, *asked.then)
+        k = next((k for k, name in enumerate(names) if said.place.file == name), 0)
+        question = question_of(handed.file.with_name(names[k]), asked.stated(k), said, k)
+        return PartByHand(asked.name, asked.part.dialect or "", problem=problem_of(said), question=question)
 
 
 def tried_by_hand(handed: HandedFile) -> int:
@@ -181,15 +193,68 @@ def correct_by_hand(
 def _free_name(of: str, name: str, taken: Sequence[str]) -> str:
     """The name of a person's file in the folder of the job: its own, unless the folder has such a file."""
     safe = safe_name(name)
-    return f"{of}-{safe}" if of != "program" or safe.lower() in OWN or safe in taken else safe
+    first = f"{of}-{safe}" if of != "program" or safe.lower() in OWN or safe in taken else safe
+    return next(one for one in (first, *(f"{of}{k}-{safe}" for k in range(2, 99))) if one not in taken)
+
+
+def _written_cut(store: Store, part: AskedPart, cut_with: str, folder: Path) -> str:
+    """Writes the corrections that cut a part of several tools or set-ups as the job names them: its list of all, beside
+    the records. Returns the list's name; "" where there is nothing to write. Raises CMP-CUT-WITH.
+    """
+    if part.by_one_tool or cut_with in ("", "given"):
+        return ""
+    records = next((of for of in _sets_before(store, part) if of[0].id == cut_with), None)
+    if records is None:
+        raise Code.CMP_CUT_WITH.refusal(
+            f"the store has no correction {cut_with} of these programs",
+            hint="show the part again, and choose among its corrections what cut this part",
+            values={"corrections": [cut_with]},
+        )
+    (folder / CUT).mkdir()
+    setups = []
+    for k, of in enumerate(part.programs, 1):
+        edges = []
+        for number in [of.tool or 1, *(one.number for one in of.tools)]:
+            words = CalledOffset(number, 1).words
+            own = next((one for one in records if _is_of(one, of.program) and _edge_of(one) == words), None)
+            edges.append({"number": number, "edge": 1, "record_id": own and own.id})
+            if own is not None:
+                setup = f"side{k}-" if part.then else ""
+                (folder / CUT / f"record-{setup}{words.replace(' ', '-')}.json").write_text(own.to_json(), "utf-8")
+        setups.append({"name": f"side{k}", "source_sha256": of.program, "edges": edges})
+    content = {"setups": setups} if part.then else setups[0]
+    (folder / CUT / OF_ALL).write_text(json.dumps(content), "utf-8")
+    return f"{CUT}/{OF_ALL}"
+
+
+def _is_of(record: Record, sha256: str) -> bool:
+    return record.program is not None and record.program.sha256 == sha256
+
+
+def _edge_of(record: Record) -> str:
+    return str(record.options.get("edge", "")).partition(" (")[0]
+
+
+def _sets_before(store: Store, part: AskedPart) -> list[list[Record]]:
+    """The corrections of a part of several tools or set-ups that the store has, by what was measured, latest first."""
+    found: dict[tuple[object, ...], list[Record]] = {}
+    for of in part.programs:
+        for one in _before(store, of.program):
+            measured = tuple((each.part.serial, each.sha256) for each in one.record.inspections)
+            if _edge_of(one.record):
+                found.setdefault(measured, []).append(one.record)
+    return sorted(found.values(), key=lambda records: records[0].made_at, reverse=True)
 
 
 def _tools(files: JobFiles) -> tuple[str, ...]:
-    """Names the tools that cut, as the program calls them."""
-    program = files.finish_program()
-    path = files.run.of(program)
-    calls = [called(program.dialect, path, move.index) for move in feed_moves(path)]
-    return tuple(dict.fromkeys(one.words for one in calls if one is not None))
+    """Names the tools that cut, as the programs call them."""
+    found = list[str]()
+    for of in files.of_setups:
+        program = of.finish_program()
+        path = of.run.of(program)
+        calls = [called(program.dialect, path, move.index) for move in feed_moves(path)]
+        found += [f"{of.setup}: {one.words}" if of.setup else one.words for one in calls if one is not None]
+    return tuple(dict.fromkeys(found))
 
 
 def _of(handed: HandedFile) -> HandJob:
@@ -197,20 +262,41 @@ def _of(handed: HandedFile) -> HandJob:
     return handed.hand
 
 
-def _question(handed: HandedFile, refused: TrueloopError) -> Unstated | None:
-    about, part = QUESTIONS.get(refused.code), _of(handed).part
-    if about is None or (about == "unit" and part.unit) or (about == "dialect" and part.dialect):
+def problem_of(refused: TrueloopError) -> Remarked:
+    """Returns a refusal for a page, with its place."""
+    where = f"{refused.place}: " if str(refused.place) else ""
+    return Remarked("error", refused.code.value, f"{where}{refused.message}", refused.hint, refused.place.line)
+
+
+class Stated(Protocol):
+    """The statements on a program of a request."""
+
+    @property
+    def dialect(self) -> str | None:
+        """Returns the stated dialect."""
+
+    @property
+    def unit(self) -> Unit | None:
+        """Returns the stated unit."""
+
+
+def question_of(program: Path, stated: Stated, refused: TrueloopError, k: int = 0) -> Unstated | None:
+    """Returns the statement that is needed where a program, that of set-up k, is refused without it; None: no other."""
+    about = QUESTIONS.get(refused.code)
+    if about is None or (about == "unit" and stated.unit) or (about == "dialect" and stated.dialect):
         return None
     choices: tuple[str, ...] = {"dialect": tuple(DIALECTS), "unit": ("mm", "inch")}.get(about, ())
     if about == "parameters":
         with suppress(TrueloopError):
-            source, dialect = read_source(handed.file, part.dialect)
-            choices = read_program(source, dialect, handed.name, part.unit).parameters_used()
-    return Unstated(about, choices)
+            source, dialect = read_source(program, stated.dialect)
+            choices = read_program(source, dialect, program.name, stated.unit).parameters_used()
+    return Unstated(about, choices, k)
 
 
-def _shown(job: Path, say: Texts) -> PartByHand:
+def _shown(job: Path, asked: AskedPart, say: Texts) -> PartByHand:
     sheet, files = gauge_sheet_of(job), JobFiles.of(job)
+    if not asked.by_one_tool:
+        read_setups(files).found.require_plain()
 
     def drawn(width: int) -> str:
         figure = places_figure(sheet.profile, sheet.planned, sheet.inch, width)
@@ -218,7 +304,7 @@ def _shown(job: Path, say: Texts) -> PartByHand:
 
     return PartByHand(
         name=sheet.part,
-        dialect=files.finish_program().dialect.name,
+        dialect=files.of_setups[0].finish_program().dialect.name,
         unit="inch" if sheet.inch else "mm",
         features=sheet.profile.names,
         tools=_tools(files),
@@ -233,26 +319,53 @@ def _shown(job: Path, say: Texts) -> PartByHand:
 
 
 def _corrected(done: Done, say: Texts, files: tuple[FileMade, ...]) -> CorrectedByHand:
-    of = done.correction
-    decided = (*of.decision.words, *of.notes, *all_notes(done.corrected))
-
-    def drawn(width: int) -> str:
-        return still.svg(whiskers.before_and_after(of, width, say), esc(headline(of, say)))
-
+    of, alone = done.corrected, done.corrected.alone
+    made = [(one.frame.name, edge.tool, edge.correction) for one in of.setups for edge in one.edges if edge.correction]
+    cut_by = {id(one): "" if alone else ": ".join(filter(None, (setup, tool))) for setup, tool, one in made}
+    decided = [(cut_by[id(one)], words) for _, _, one in made for words in (*one.decision.words, *one.notes)]
+    notes = [f"{by}: {say.note(words)}" if by else say.note(words) for by, words in decided]
     found = [] if done.kept is None else done.kept.findings
     return CorrectedByHand(
-        id=of.record.id,
+        id=of.record_id if alone is None else alone.record.id,
         kept=done.kept is not None,
-        headline=headline(of, say),
-        ways=tuple(_way(of, way, say) for way in ways_of(of)),
+        headline="; ".join(map(say.note, answers(of))) if alone is None else headline(alone, say),
+        ways=() if alone is None else tuple(_way(alone, way, say) for way in ways_of(alone)),
+        to_run=() if alone else tuple(_to_run(one, say) for one in of.setups),
         features=tuple(
-            filled_from(FeatureExpected, one, touches=one.figures.touches, before_um=known(one.figures.before_worst_um))
-            for one in feature_summaries(of, say)
+            filled_from(
+                FeatureExpected,
+                one,
+                touches=one.figures.touches,
+                before_um=known(one.figures.before_worst_um),
+                cut_by=cut_by[id(correction)],
+            )
+            for _, _, correction in made
+            for one in feature_summaries(correction, say)
         ),
-        notes=tuple(say.note(words) for words in dict.fromkeys(decided)),
+        notes=tuple(dict.fromkeys([*notes, *map(say.note, all_notes(of))])),
         remarks=tuple(Remarked(one.severity.value, one.code.value, one.message, one.hint) for one in found),
-        picture=Picture(drawn(WIDTHS["wide"]), drawn(WIDTHS["narrow"]), headline(of, say)),
+        pictures=tuple(_before_and_after(one, cut_by[id(one)], say) for _, _, one in made),
         files=files,
+    )
+
+
+def _before_and_after(of: Correction, cut_by: str, say: Texts) -> Picture:
+    words = f"{cut_by}: {headline(of, say)}" if cut_by else headline(of, say)
+
+    def drawn(width: int) -> str:
+        return still.svg(whiskers.before_and_after(of, width, say), esc(words))
+
+    return Picture(drawn(WIDTHS["wide"]), drawn(WIDTHS["narrow"]), words)
+
+
+def _to_run(of: SetupCorrection, say: Texts) -> ProgramToRun:
+    offsets = [one for one in of.edges if one.correction is not None and one.correction.decision.by_offset]
+    return ProgramToRun(
+        setup=of.frame.name,
+        entered=tuple(say.note(answer_of(one)) for one in offsets),
+        blocks=tuple(block for one in offsets if one.correction for block in one.correction.wear.blocks),
+        program=of.source_name if of.program is None else of.name,
+        given=of.program is None,
     )
 
 
@@ -272,18 +385,21 @@ def made_before(store: Store, part: AskedPart, tools: Sequence[str] = ()) -> tup
 
     Those of another tool than the part's, or than `tools`, which the program calls, are left out.
     """
-    found = [
-        MadeBefore(
-            one.record.id,
-            one.record.made_at,
-            next((of.part.serial for of in one.record.inspections if of.part.serial), ""),
-            ways_of(one.payload),
-            _tool_of(one.payload),
+    if not part.by_one_tool:
+        return tuple(
+            MadeBefore(records[0].id, records[0].made_at, _serial(records[0]), (), ", ".join(map(_edge_of, records)))
+            for records in _sets_before(store, part)
         )
+    found = [
+        MadeBefore(one.record.id, one.record.made_at, _serial(one.record), ways_of(one.payload), _tool_of(one.payload))
         for one in reversed(_before(store, part.program))
         if isinstance(one.payload, Correction)
     ]
     return tuple(one for one in found if _may_be_of(one.tool, part.tool, tools))
+
+
+def _serial(record: Record) -> str:
+    return next((of.part.serial for of in record.inspections if of.part.serial), "")
 
 
 def _before(store: Store, sha256: str) -> list[StoredCorrection[Any]]:

@@ -1,7 +1,7 @@
-"""The job of a part that a person corrects: what was stated, and the job as it is written of that."""
+"""The job of a part that a person corrects: what was stated, of a milled one too, and the job of a turned one."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,14 +11,18 @@ from pydantic import AfterValidator, Field
 from trueloop.described import filled_from
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code
+from trueloop.formats.jobs.new_job import NewTool
 from trueloop.formats.jobs.profile_of_job import quoted
 from trueloop.geometry.profile import Side
-from trueloop.jobs.turned.new import Chosen, NewFiles, Wanted, Zero, gauge_sheet_of, new_job
+from trueloop.jobs.turned.new import Chosen, NewFiles, Wanted, WantedProgram, Zero, gauge_sheet_of, new_job
 from trueloop.monitoring.capability import COVERAGE
 from trueloop.turned.options import By
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Number = Annotated[int, Field(ge=0, lt=1 << 31)]
+Count = Annotated[int, Field(ge=1, lt=1 << 31)]
+Radius = Annotated[float, Field(ge=0, le=1000, allow_inf_nan=False)]
+Tip = Annotated[int, Field(ge=0, le=9)]
 Words = Annotated[str, Field(max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Typed = Annotated[str, Field(max_length=40, pattern=r"^[^\x00-\x1f\x7f]*$")]
 Hash = Annotated[str, Field(max_length=64, pattern=r"^[0-9a-f]*$")]
@@ -36,26 +40,62 @@ JOB, SHEET, MAPPING = "job.toml", "readings.csv", "mapping.toml"
 
 
 @dataclass(frozen=True)
-class AskedPart:
-    """A part by the finish program that cuts it: `program` and `drawing` are hashes of files handed over.
+class AskedTool:
+    """A tool that a program cuts with, by the number of its offset; `name` where two set-ups call that number."""
 
-    What is left out is taken from the program, the drawing, or asked for.
+    nose_radius_mm: Radius
+    number: Count
+    tip: Tip | None = None
+    name: Words = ""
+
+
+@dataclass(frozen=True)
+class AskedProgram:
+    """A finish program, by the hash of the file handed over, with its tool, and the `tools` that it cuts with besides.
+
+    Of several set-ups: z of the part where its Z is 0, and whether the part is turned round. What is left out is taken
+    from the program, the drawing, or asked for; of several tools each has its number.
     """
 
     program: Hash
-    nose_radius_mm: Annotated[float, Field(ge=0, le=1000, allow_inf_nan=False)]
-    drawing: Hash = ""
-    name: Words = ""
+    nose_radius_mm: Radius
+    _: KW_ONLY
     dialect: Words | None = None
     unit: Literal["mm", "inch"] | None = None
-    side: Literal["outside", "inside"] = "outside"
-    tool: Annotated[int, Field(ge=1, lt=1 << 31)] | None = None
-    tip: Annotated[int, Field(ge=0, le=9)] | None = None
+    tool: Count | None = None
+    tip: Tip | None = None
+    tool_name: Words = ""
+    tools: Annotated[tuple[AskedTool, ...], Field(max_length=20)] = ()
     lines: tuple[Number, Number] | None = None
     parameters: Annotated[Mapping[Words, Finite], Field(max_length=1000)] = field(default_factory=dict)
-    outline: Annotated[int, Field(ge=1, lt=1 << 31)] | None = None
-    zero: Zero = "drawing"
     accept_unknown_words: bool = False
+    zero_at_z_mm: Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)] | None = None
+    flipped: bool = False
+
+
+@dataclass(frozen=True)
+class AskedPart(AskedProgram):
+    """A part by the finish program that cuts it, or of several set-ups by that of the first, with those of all others.
+
+    `drawing` is the hash of a file handed over.
+    """
+
+    drawing: Hash = ""
+    name: Words = ""
+    side: Literal["outside", "inside", "around"] = "outside"
+    outline: Count | None = None
+    zero: Zero = "drawing"
+    then: Annotated[tuple[AskedProgram, ...], Field(max_length=9)] = ()
+
+    @property
+    def programs(self) -> tuple[AskedProgram, ...]:
+        """Returns the programs of all set-ups."""
+        return (self, *self.then)
+
+    @property
+    def by_one_tool(self) -> bool:
+        """Returns whether one tool cuts the whole part in one set-up."""
+        return not self.tools and not self.then
 
 
 @dataclass(frozen=True)
@@ -88,7 +128,8 @@ class AskedReadings:
 class HandJob:
     """Statements on a part, with the names of its files in the folder of the program ("": there is no such file).
 
-    `operator` is who stated it; sentences and pictures are for a reader of this language and unit.
+    `then` are those of the programs of further set-ups, and `cut` is the list of corrections that cut a part of several
+    tools or set-ups. `operator` is who stated it; sentences and pictures are for a reader of this language and unit.
     """
 
     part: AskedPart
@@ -96,9 +137,65 @@ class HandJob:
     measured: AskedReadings | None = None
     drawing: str = ""
     file: str = ""
+    then: tuple[str, ...] = ()
+    cut: str = ""
     operator: str = ""
     language: Language = "en"
     unit: LengthUnit = "mm"
+
+    def stated(self, k: int) -> AskedProgram:
+        """Returns the program of set-up k, from 0: control and unit, where it states none, are those of the first."""
+        of = self.part.programs[k]
+        return replace(of, dialect=of.dialect or self.part.dialect, unit=of.unit or self.part.unit)
+
+
+@dataclass(frozen=True)
+class AskedMilled:
+    """A milled part by its finish program, the hash of a file handed over; radii of cutters by tool number.
+
+    `wear`: D holds wear alone, so that paths under G41 and G42 are those of the cutter's centre.
+    """
+
+    program: Hash
+    cutters: Annotated[Mapping[Count, Radius], Field(max_length=200)] = field(default_factory=dict)
+    wear: bool = False
+    name: Words = ""
+    dialect: Words | None = None
+    unit: Literal["mm", "inch"] | None = None
+    parameters: Annotated[Mapping[Words, Finite], Field(max_length=1000)] = field(default_factory=dict)
+    accept_unknown_words: bool = False
+
+
+@dataclass(frozen=True)
+class MilledReadings:
+    """Values as they were read, by the name of the size, or `file`, the hash of one handed over.
+
+    `tolerances` by the name of the size as the drawing writes them, in the program's unit. `names`: the feature of the
+    part by the file's name for it. `entered` is the hash of the record of the numbers that were entered last before
+    the part was cut, "" for none.
+    """
+
+    values: Annotated[Mapping[Words, tuple[Typed, ...]], Field(max_length=1000)] = field(default_factory=dict)
+    tolerances: Annotated[Mapping[Words, Typed], Field(max_length=1000)] = field(default_factory=dict)
+    file: Hash = ""
+    file_unit: Literal["mm", "inch"] | None = None
+    mapping_toml: Annotated[str, Field(max_length=100_000)] = ""
+    names: Annotated[Mapping[Words, Words], Field(max_length=1000)] = field(default_factory=dict)
+    serial: Words = ""
+    expanded_uncertainty_um: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)] | None = None
+    entered: Hash = ""
+
+
+@dataclass(frozen=True)
+class MillJob:
+    """Statements on a milled part, with the names of its files in the folder of the program."""
+
+    part: AskedMilled
+    name: str
+    measured: MilledReadings | None = None
+    file: str = ""
+    entered: str = ""
+    language: Language = "en"
 
 
 def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
@@ -113,11 +210,26 @@ def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
             f"values of {len(measured.values)} sizes are given beside a file of measurements",
             hint="give the values or the file of measurements, not both",
         )
+    if not part.by_one_tool and not hand_job.drawing:
+        raise Code.SRV_REQUEST.refusal(
+            f"the part is cut by {len(part.programs)} programs and {sum(1 + len(one.tools) for one in part.programs)} "
+            "tools, and has no drawing",
+            hint="hand over the drawing of the finished part (DXF, STEP or IGES): what several tools leave does not "
+            "follow from the programs",
+        )
+    stated = _cut(measured, hand_job)
+
+    def wanted(of: AskedProgram, program: Path) -> WantedProgram:
+        tools = tuple(filled_from(NewTool, one) for one in of.tools)
+        return filled_from(WantedProgram, of, program=program, tools=tools, cut=stated)
+
     made = new_job(
         filled_from(
             Wanted,
             part,
             program=program,
+            tools=wanted(part, program).tools,
+            cut=stated,
             name=hand_job.name,
             folder=folder,
             drawing=folder / hand_job.drawing if hand_job.drawing else None,
@@ -126,6 +238,7 @@ def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
             chosen=Chosen(part.outline, part.zero),
             stated={} if measured is None else _stated(folder, measured, hand_job),
             tolerances={} if measured is None else measured.tolerances,
+            then=tuple(wanted(hand_job.stated(k), folder / name) for k, name in enumerate(hand_job.then, 1)),
         )
     )
     job = folder / JOB
@@ -133,6 +246,14 @@ def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
         sheet = gauge_sheet_of(job).filled_in(measured.values, _above(measured, hand_job.operator))
         (folder / SHEET).write_text(sheet, encoding="utf-8")
     return job, made
+
+
+def _cut(measured: AskedReadings | None, job: HandJob) -> dict[str, str]:
+    """The keys of a program's table that state what cut the part."""
+    if measured is None:
+        return {}
+    cut = {"cut_with": job.cut or measured.cut_with, "cut_by": measured.cut_by or ""}
+    return {key: value for key, value in cut.items() if value}
 
 
 def _above(measured: AskedReadings, operator: str) -> dict[str, str]:
@@ -163,10 +284,8 @@ def _stated(folder: Path, measured: AskedReadings, job: HandJob) -> dict[str, di
     if measured.mapping_toml:
         (folder / MAPPING).write_text(measured.mapping_toml, encoding="utf-8")
         gauging["readings_mapping"] = quoted(MAPPING)
-    cut = {"cut_with": measured.cut_with, "cut_by": measured.cut_by or ""}
     return {
         "part": {"serial": quoted(measured.serial)},
-        "programs": {key: quoted(value) for key, value in cut.items() if value},
         "gauging": gauging,
         "compensation": {"by": quoted(measured.by)},
         "report": {"language": quoted(job.language)},

@@ -17,7 +17,17 @@ from trueloop.factory.requests import By, RecordStep
 from trueloop.factory.views import by_hand, uploads
 from trueloop.factory.views.uploads import ImportedView, ProgramRead, Remarked
 from trueloop.jobs.factory.by_hand import part_by_hand, tried_by_hand
-from trueloop.jobs.factory.hand_job import AskedPart, AskedReadings, HandJob
+from trueloop.jobs.factory.hand_job import (
+    AskedMilled,
+    AskedPart,
+    AskedProgram,
+    AskedReadings,
+    AskedTool,
+    HandJob,
+    MilledReadings,
+    MillJob,
+)
+from trueloop.jobs.factory.hand_mill import MilledAnswer, milled_entries, milled_part
 from trueloop.jobs.factory.job_folder import job_folder, programs_of
 from trueloop.jobs.factory.uploads import (
     HandedFile,
@@ -38,13 +48,34 @@ from trueloop.storage.store import Store, find, keep
 
 READINGS: Final[Mapping[str, Callable[[HandedFile], Any]]] = {
     one.__name__: one
-    for one in (upload_view, program_read, inspected, order_read, toml_read, part_by_hand, tried_by_hand)
+    for one in (
+        upload_view,
+        program_read,
+        inspected,
+        order_read,
+        toml_read,
+        part_by_hand,
+        tried_by_hand,
+        milled_part,
+        milled_entries,
+    )
 }
 CODEC: Final[Codec] = STORED.with_more(
     *(HandedFile, ReadingOptions, UploadedInspection, uploads.UploadView, uploads.ProgramRead, uploads.MeasurementRead),
     *(uploads.InspectionRead, uploads.ValueRead, uploads.DrawingRead, uploads.Remarked),
-    *(HandJob, AskedPart, AskedReadings, by_hand.PartByHand, by_hand.SizeToMeasure, by_hand.Unstated),
+    *(
+        HandJob,
+        AskedPart,
+        AskedProgram,
+        AskedTool,
+        AskedReadings,
+        by_hand.PartByHand,
+        by_hand.SizeToMeasure,
+        by_hand.Unstated,
+    ),
     *(by_hand.MadeBefore, by_hand.Picture),
+    *(MillJob, AskedMilled, MilledReadings, MilledAnswer, by_hand.MilledPart, by_hand.MilledFeatureShown),
+    *(by_hand.MilledSize, by_hand.MilledEntries, by_hand.Expectation, by_hand.FileMade),
 )
 """Questions to a process that reads files, and its answers."""
 

@@ -26,7 +26,7 @@ from trueloop.formats.inspections.known import HEAD, KNOWN
 from trueloop.formats.inspections.measured_file import StatedFacts, Unit
 from trueloop.formats.inspections.tables import read as tables
 from trueloop.formats.inspections.tables.grid import SUFFIXES
-from trueloop.jobs.factory.hand_job import HandJob
+from trueloop.jobs.factory.hand_job import HandJob, MillJob
 from trueloop.jobs.factory.job_folder import job_folder, programs_of, unnamed_folder, without_folder
 from trueloop.jobs.measure.measured import map_table, read_measured, read_part_of_job
 from trueloop.nc.check.check import check
@@ -61,8 +61,8 @@ class ReadingOptions:
 class HandedFile:
     """A file that was handed over, as it lies at `path` in a folder of its own, under the name that its owner gave it.
 
-    `order`: whose job's part its values are matched with, and the texts of that order's `programs`. `hand`: the job of
-    a person, whose program it is.
+    `order`: whose job's part its values are matched with, and the texts of that order's `programs`. `hand` or
+    `mill`: the job of a person, whose program it is.
     """
 
     path: str
@@ -72,6 +72,7 @@ class HandedFile:
     order: WorkOrder | None = None
     programs: Mapping[str, bytes] = field(default_factory=dict)
     hand: HandJob | None = None
+    mill: MillJob | None = None
 
     @property
     def file(self) -> Path:

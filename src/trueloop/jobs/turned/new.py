@@ -5,7 +5,7 @@ The sheet of what a person measures of a job's part, for paper and as the file t
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from os.path import relpath
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
@@ -16,7 +16,7 @@ from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, in_file
 from trueloop.formats.input_file import FilePath, read_program
 from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv
-from trueloop.formats.jobs.new_job import NewJob, job_toml
+from trueloop.formats.jobs.new_job import NewJob, NewProgram, NewTool, job_toml
 from trueloop.formats.measurements.touches_csv import empty_touches_csv
 from trueloop.formats.outputs import write_all
 from trueloop.geometry.feature import is_curved
@@ -104,31 +104,74 @@ FEWEST, MOST = 3, 20
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """The sources of a new job. `measured`: "gauge" for readings of diameters and lengths, "points" for touches.
+class WantedProgram:
+    """A finish program with its tool, and `tools` that it cuts with besides, each by the number of its offset.
 
-    `measured_file` holds these already: none to be filled in is written. `stated` are further keys of the job;
-    `tolerances` of sizes of the sheet, by name, as a drawing writes them in the program's unit.
+    Of several set-ups: z of the part where its Z is 0, whether the part is turned round. `cut`: keys of the job's table
+    [programs] that state what cut the part.
     """
 
     program: Path
     nose_radius_mm: float
-    name: str
-    folder: Path
-    drawing: Path | None = None
+    _: KW_ONLY
     dialect: str | None = None
     unit: Unit | None = None
     tool: int | None = None
+    tip: int | None = None
+    tool_name: str = ""
+    tools: tuple[NewTool, ...] = ()
     lines: tuple[int, int] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
+    accept_unknown_words: bool = False
+    zero_at_z_mm: float | None = None
+    flipped: bool = False
+    cut: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def run(self) -> Run:
+        """Returns how it is run."""
+        unknown = self.accept_unknown_words
+        return Run(self.parameters, False, self.lines, tip=self.tip, accept_unknown_words=unknown)
+
+    @property
+    def all_tools(self) -> tuple[NewTool, ...]:
+        """Returns the tools that it cuts with."""
+        return (NewTool(self.nose_radius_mm, self.tool, self.tip, self.tool_name), *self.tools)
+
+    def read(self) -> Program:
+        """Reads the program. Raises CMP-TWICE for a corrected one, NC errors for what its dialect does not know."""
+        program = read_program(self.program, self.dialect, self.unit)
+        with in_file(self.program):
+            check_uncorrected(program.source)
+            if not self.accept_unknown_words:
+                require_understood(program)
+        return program
+
+
+@dataclass(frozen=True)
+class Wanted(WantedProgram):
+    """The sources of a new job. `measured`: "gauge" for readings of diameters and lengths, "points" for touches.
+
+    `measured_file` holds these already: none to be filled in is written. `stated` are further keys of the job;
+    `tolerances` of sizes of the sheet, by name, as a drawing writes them in the program's unit. `then` are the programs
+    of the set-ups after the first.
+    """
+
+    name: str
+    folder: Path
+    drawing: Path | None = None
     measured: Literal["gauge", "points"] = "gauge"
     measured_file: Path | None = None
     side: Side = Side.OUTSIDE
     chosen: Chosen = AS_DRAWN
-    tip: int | None = None
-    accept_unknown_words: bool = False
     stated: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     tolerances: Mapping[str, str] = field(default_factory=dict)
+    then: tuple[WantedProgram, ...] = ()
+
+    @property
+    def by_one_tool(self) -> bool:
+        """Returns whether one tool cuts the whole part in one set-up."""
+        return not self.tools and not self.then
 
 
 @dataclass(frozen=True)
@@ -146,17 +189,18 @@ def new_job(wanted: Wanted) -> NewFiles:
 
     The program is run and matched with the part: one that does not cut it is refused here, not at the first correction.
     Raises NC errors, NC-WORD and NC-CODE for what the dialect does not know
-    among them, GEO, JOB-EXISTS and OUT errors.
+    among them, GEO, JOB-EXISTS and OUT errors. Of several tools or set-ups each program is read alone: which features
+    they cut is found when the job is read.
     """
-    program = read_program(wanted.program, wanted.dialect, wanted.unit)
-    with in_file(wanted.program):
-        check_uncorrected(program.source)
-        if not wanted.accept_unknown_words:
-            require_understood(program)
+    programs = [one.read() for one in (wanted, *wanted.then)]
+    program = programs[0]
     drawn = _drawn(wanted, program)
     profile = drawn.profile
     with in_file(wanted.program):
-        path = commanded(program, None, profile, wanted.nose_radius_mm, 0.0, _run(wanted)).path
+        if wanted.by_one_tool:
+            path = commanded(program, None, profile, wanted.nose_radius_mm, 0.0, wanted.run).path
+        else:  # the features of each are found when the job is read
+            path = wanted.run.of(program)
     inch = unit_of_path(program.unit, path)["unit"] == "inch"
     planned = gauge_plan(profile, drawn.asked)
     limits = toleranced(wanted.tolerances, planned, profile, MM_PER_INCH if inch else 1.0)
@@ -164,7 +208,7 @@ def new_job(wanted: Wanted) -> NewFiles:
     measured, places = _to_fill_in(wanted, profile, inch)
     handed = wanted.measured_file
     file = next(iter(measured)) if handed is None else Path(relpath(handed, wanted.folder)).as_posix()
-    contents = {"job.toml": job_toml(_said(wanted, program, drawn, file)), **measured}
+    contents = {"job.toml": job_toml(_said(wanted, programs, drawn, file)), **measured}
     for file in contents:
         new_file = wanted.folder / file
         if new_file.exists():
@@ -174,13 +218,9 @@ def new_job(wanted: Wanted) -> NewFiles:
                 place=Place(str(new_file)),
                 values={"file": str(new_file)},
             )
-    inputs = [wanted.program, *([] if wanted.drawing is None else [wanted.drawing])]
+    inputs = [one.program for one in (wanted, *wanted.then)] + ([] if wanted.drawing is None else [wanted.drawing])
     files = write_all(wanted.folder, [(name, text.encode()) for name, text in contents.items()], inputs)
     return NewFiles(tuple(files), places, profile.names, drawn.notes)
-
-
-def _run(wanted: Wanted) -> Run:
-    return Run(wanted.parameters, False, wanted.lines, tip=wanted.tip, accept_unknown_words=wanted.accept_unknown_words)
 
 
 def _drawn(wanted: Wanted, program: Program) -> PartDrawing:
@@ -188,7 +228,7 @@ def _drawn(wanted: Wanted, program: Program) -> PartDrawing:
     if wanted.drawing is not None:
         return read_drawing(wanted.drawing, wanted.side, chosen=wanted.chosen)
     with in_file(wanted.program):
-        contour = _run(wanted).contour(program, wanted.nose_radius_mm, wanted.side)
+        contour = wanted.run.contour(program, wanted.nose_radius_mm, wanted.side)
     return PartDrawing(contour.profile, tuple(contour.notes))
 
 
@@ -222,17 +262,22 @@ def _points(profile: Profile, nose_radius_mm: float) -> GaugingPoints:
     return equally_spaced(profile, spacings, reachable)
 
 
-def _said(wanted: Wanted, program: Program, drawn: PartDrawing, file: str) -> NewJob:
+def _said(wanted: Wanted, programs: Sequence[Program], drawn: PartDrawing, file: str) -> NewJob:
     def beside(path: FilePath) -> Path:
         return Path(relpath(path, wanted.folder))
 
     of = "" if wanted.drawing is None else drawing_key(wanted.drawing)
+    cut_by = [
+        filled_from(
+            NewProgram, one, name=f"side{k}", finish=beside(one.program), dialect=read.dialect.name, tools=one.all_tools
+        )
+        for k, (one, read) in enumerate(zip((wanted, *wanted.then), programs, strict=True), 1)
+    ]
     return filled_from(
         NewJob,
         wanted,
         profile=drawn.profile,
-        dialect=program.dialect.name,
-        finish=beside(wanted.program),
+        programs=cut_by,
         measured_key="readings" if wanted.measured == "gauge" else "touches",
         measured_file=file,
         notes=drawn.notes,

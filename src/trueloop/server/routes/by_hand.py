@@ -6,7 +6,7 @@ from functools import partial
 from fastapi import Response
 from starlette.concurrency import run_in_threadpool
 
-from trueloop.factory.views.by_hand import CorrectedByHand, PartByHand
+from trueloop.factory.views.by_hand import CorrectedByHand, FileMade, MilledEntries, MilledPart, PartByHand
 from trueloop.jobs.factory.by_hand import (
     HandRequest,
     correct_by_hand,
@@ -16,8 +16,9 @@ from trueloop.jobs.factory.by_hand import (
     tolerances_before,
     tried_by_hand,
 )
-from trueloop.jobs.factory.hand_job import AskedPart, AskedReadings
-from trueloop.jobs.factory.uploads import upload_of
+from trueloop.jobs.factory.hand_job import AskedMilled, AskedPart, AskedReadings, MilledReadings
+from trueloop.jobs.factory.hand_mill import mill_files, milled_entries, milled_part
+from trueloop.jobs.factory.uploads import add_upload, upload_of
 from trueloop.server.apart.reading import answered, in_turn
 from trueloop.server.etags import Say
 from trueloop.server.guarded import By, Here, router
@@ -56,6 +57,39 @@ async def correct(body: MeasuredPart, here: Here, who: By, say: Say) -> Correcte
     asked = HandRequest(body.part, body.measured, who.name, say)
     first = partial(answered, here.settings.limits, reading=tried_by_hand)
     return await in_turn(here, partial(correct_by_hand, here.store, asked, here.clock(), first))
+
+
+@dataclass(frozen=True)
+class MeasuredMilled:
+    """The milled part, and what was measured of it."""
+
+    part: AskedMilled
+    measured: MilledReadings
+
+
+@routes.post("/by-hand/milled")
+async def show_milled(body: AskedMilled, here: Here, who: By, say: Say) -> MilledPart:
+    """The features that a finish program mills, and what to measure of them. Nothing is kept."""
+
+    def read() -> MilledPart:
+        with mill_files(here.store, body, None, who.name, say.language) as handed:
+            return answered(here.settings.limits, handed, milled_part)
+
+    return await in_turn(here, read)
+
+
+@routes.post("/by-hand/entries", status_code=201)
+async def enter(body: MeasuredMilled, here: Here, who: By, say: Say) -> MilledEntries:
+    """The numbers to enter at the control by what was measured of a milled part; its files are kept for a day."""
+
+    def read() -> MilledEntries:
+        with mill_files(here.store, body.part, body.measured, who.name, say.language) as handed:
+            found = answered(here.settings.limits, handed, milled_entries)
+        texts = found.files.items()
+        kept = [add_upload(here.store, name, text.encode(), who.name, here.clock()) for name, text in texts]
+        return replace(found.shown, files=tuple(FileMade(one.name, one.sha256) for one in kept))
+
+    return await in_turn(here, read)
 
 
 @routes.get("/uploads/{sha}/file", response_class=Response)

@@ -1,39 +1,27 @@
-import { Checkbox, NativeSelect, TextInput } from "@mantine/core";
+import { NativeSelect, TextInput } from "@mantine/core";
 import { useState, type Dispatch, type SetStateAction } from "react";
 
 import { useChange } from "../../api/asking";
 import type { Shape } from "../../api/client";
-import { EMPTY_LENGTH, keptOf, typed } from "../../show/length";
 import { useReader } from "../../show/lengths";
-import { Act, LengthInput, Refused, Section, useWhyNot } from "../../show/parts";
+import { Act, Refused, Section, useWhyNot } from "../../show/parts";
 import { useText } from "../../text/text";
 import type { Seen } from "../Correct";
 import { Remarks } from "../files/Content";
+import { askedOf, counted, NOTHING, OF_PROGRAM, ProgramFields, type Stated } from "./Program";
 
 type Upload = Shape<"UploadView">;
 type Kind = Upload["kind"];
 type Part = Shape<"PartByHand">;
-type Question = Shape<"Unstated">;
-const KINDS: Kind[] = ["program", "drawing", "measurement"];
+const SIDES = ["outside", "inside", "around"] as const;
 
-export type Files = { [kind in Kind]?: Upload | undefined };
-
-/** A number that counts, from 1, as it is typed; null for an empty field, NaN for text that is none. */
-function counted(text: string): number | null {
-  const number = typed(text);
-  return number === null || /^0*[1-9]\d*$/.test(text.trim()) ? number : NaN;
+/** The files that were handed over: a program for each set-up, and one of every other kind. */
+export interface Files {
+  programs: (Upload | undefined)[];
+  drawing?: Upload | undefined;
+  measurement?: Upload | undefined;
 }
 
-/** Two numbers of lines; null for an empty field, NaN for text that is not two. */
-function twoLines(text: string): [number, number] | number | null {
-  if (text.trim() === "") return null;
-  const found = /^\s*(\d+)[\s,;–-]+(\d+)\s*$/.exec(text);
-  return found ? [Number(found[1]), Number(found[2])] : NaN;
-}
-
-const TIPS = [...Array(10).keys()].map(String);
-const OF_PROGRAM = { dialect: "", unit: "", outline: "", lines: "" };
-const NOTHING = { nose: EMPTY_LENGTH, tip: "", tool: "", side: "outside", ...OF_PROGRAM };
 interface OfGiven {
   files: Files;
   keep: Dispatch<SetStateAction<Files>>;
@@ -41,151 +29,154 @@ interface OfGiven {
   show: (seen: Seen | undefined) => void;
 }
 
-/** The finish program and its drawing, and all that has to be stated of them before the part can be shown. */
+/** The finish programs and the drawing, and all that has to be stated of them before the part can be shown. */
 export function Given({ files, keep, busy, show }: OfGiven) {
   const text = useText();
   const whyNot = useWhyNot()("operator");
   const reader = useReader();
   const sending = useChange<Upload>();
   const asking = useChange<Part>();
-  const [stated, state] = useState(NOTHING);
-  const [parameters, value] = useState<Record<string, string>>({});
-  const [accepts, accept] = useState(false);
-  const [questions, ask] = useState<Question[]>([]);
-  const changed = () => show(undefined);
-  const set = (some: Partial<typeof NOTHING>) => {
-    state((before) => ({ ...before, ...some }));
-    changed();
+  const [stated, state] = useState<Stated[]>([NOTHING]);
+  const [side, turn] = useState<(typeof SIDES)[number]>("outside");
+  const [outline, choose] = useState<string>();
+  const set = (k: number, some: Partial<Stated>) => {
+    state((all) => all.map((one, j) => (j === k ? { ...one, ...some } : one)));
+    show(undefined);
   };
   /** Answers belong to the program and drawing that they were given for: none is sent with the next. */
-  const forget = (kind: Kind) => {
-    if (kind === "program") {
-      state((before) => (files.program ? NOTHING : { ...before, ...OF_PROGRAM }));
-      value({});
-      accept(false);
-      ask([]);
-    } else if (kind === "drawing") {
-      state((before) => ({ ...before, outline: "" }));
-      ask((before) => before.filter(({ about }) => about !== "outline"));
+  const put = (found: Upload, kind: Kind, k: number) => {
+    if (kind !== "program") {
+      keep((before) => ({ ...before, [kind]: found }));
+      if (kind === "drawing") choose(undefined);
+      return;
     }
-    asking.reset();
+    keep((before) => {
+      const programs = [...before.programs];
+      programs[k] = found;
+      return { ...before, programs };
+    });
+    state((all) => {
+      const next = [...all];
+      next[k] = files.programs[k] ? NOTHING : { ...(all[k] ?? NOTHING), ...OF_PROGRAM };
+      return next;
+    });
   };
-  const take = async (given: FileList | null) => {
+  const take = async (given: FileList | null, first = 0) => {
+    let k = first;
     for (const file of [...(given ?? [])]) {
       const path = `uploads?name=${encodeURIComponent(file.name)}`;
       const found = await sending.mutateAsync({ path, file }).catch(() => undefined);
       if (!found) continue;
-      keep((before) => ({ ...before, [found.kind]: found }));
-      forget(found.kind);
+      put(found, found.kind, k);
+      k += Number(found.kind === "program"); // several at once are of one set-up after the other
     }
-    changed();
+    asking.reset();
+    show(undefined);
   };
-  const nose = keptOf("mm", stated.nose);
-  const lines = twoLines(stated.lines);
-  const tool = counted(stated.tool);
-  const outline = counted(stated.outline);
-  const valued = Object.entries(parameters).map(([name, one]) => [name, typed(one)] as const);
-  const wrong = [nose, tool, outline, lines, ...valued.map(([, one]) => one)].some(Number.isNaN) || (nose ?? 0) < 0;
-  const body: Shape<"AskedPart"> = {
-    program: files.program?.sha256 ?? "",
-    drawing: files.drawing?.sha256 ?? "",
-    name: "",
-    zero: "drawing",
-    nose_radius_mm: nose ?? 0,
-    side: stated.side === "inside" ? "inside" : "outside",
-    tip: stated.tip === "" ? null : Number(stated.tip),
-    tool,
-    dialect: stated.dialect || null,
-    unit: stated.unit === "mm" || stated.unit === "inch" ? stated.unit : null,
-    outline,
-    lines: Array.isArray(lines) ? lines : null,
-    parameters: Object.fromEntries(valued.flatMap(([name, one]) => (one === null ? [] : [[name, one]]))),
-    accept_unknown_words: accepts,
+  const remove = (kind: "drawing" | "measurement" | number) => {
+    if (typeof kind !== "number") keep((all) => ({ ...all, [kind]: undefined }));
+    else if (kind === 0) {
+      keep((all) => ({ ...all, programs: [undefined, ...all.programs.slice(1)] }));
+      state(([, ...then]) => [NOTHING, ...then]);
+    } else {
+      keep((all) => ({ ...all, programs: all.programs.filter((_, j) => j !== kind) }));
+      state((all) => all.filter((_, j) => j !== kind));
+    }
+    if (kind === "drawing") choose(undefined);
+    asking.reset();
+    show(undefined);
   };
-  const look = () =>
+  const several = { tools: stated.length > 1 || stated.some((one) => one.tools.length > 0), setups: stated.length > 1 };
+  const made = stated.map((one, k) => askedOf(one, files.programs[k]?.sha256 ?? "", several));
+  const [first, ...then] = made.map((one) => one.asked);
+  const contour = counted(outline ?? "");
+  const wrong = made.some((one) => one.wrong) || Number.isNaN(contour);
+  const missing = made.find((one) => one.missing)?.missing;
+  const look = () => {
+    if (!first) return;
+    const body: Shape<"AskedPart"> = { ...first, then, drawing: files.drawing?.sha256 ?? "", name: "", zero: "drawing", side, outline: contour };
     asking.mutate(
       { path: `by-hand/part?${reader}`, body },
       {
         onSuccess: (part) => {
           const { question } = part;
-          if (question) ask((before) => [...before.filter((one) => one.about !== question.about), question]);
+          if (question?.about === "outline") choose((before) => before ?? "");
+          else if (question) {
+            const k = question.program ?? 0;
+            const others = (stated[k] ?? NOTHING).questions.filter((one) => one.about !== question.about);
+            set(k, { questions: [...others, question] });
+          }
           show(part.problem ? undefined : { asked: body, part, file: files.measurement });
         },
       },
     );
+  };
   const why =
     whyNot ||
-    (!files.program && text("correct.program.first")) ||
-    (nose === null && text("correct.nose.first")) ||
+    (missing && text(missing)) ||
     (wrong && text("correct.wrong.first")) ||
+    (several.tools && !files.drawing && text("correct.drawing.first")) ||
     "";
-  const bad = (number: unknown, key: "correct.no.number" | "correct.no.count" | "correct.no.lines" = "correct.no.number") =>
-    Number.isNaN(number) && text(key);
+  const drop = (k: number, label: string) => (
+    <div
+      className="drop"
+      onDragOver={(event) => event.preventDefault()}
+      onDrop={(event) => {
+        event.preventDefault();
+        if (!whyNot && !busy) void take(event.dataTransfer.files, k);
+      }}
+    >
+      <label htmlFor={`given-${k}`}>{label}</label>
+      <input
+        id={`given-${k}`}
+        type="file"
+        multiple
+        disabled={Boolean(whyNot)}
+        onChange={(event) => {
+          void take(event.currentTarget.files, k);
+          event.currentTarget.value = "";
+        }}
+      />
+    </div>
+  );
+  const program = (k: number) => files.programs[k] && <File of={files.programs[k]} take={() => remove(k)} />;
   return (
     <Section title={text("correct.files")}>
-      <div
-        className="drop"
-        onDragOver={(event) => event.preventDefault()}
-        onDrop={(event) => {
-          event.preventDefault();
-          if (!whyNot && !busy) void take(event.dataTransfer.files);
-        }}
-      >
-        <label htmlFor="given">{text("correct.drop")}</label>
-        <input
-          id="given"
-          type="file"
-          multiple
-          disabled={Boolean(whyNot)}
-          onChange={(event) => {
-            void take(event.currentTarget.files);
-            event.currentTarget.value = "";
-          }}
-        />
-      </div>
+      {drop(0, text("correct.drop"))}
       <Refused problem={sending.error} />
-      {KINDS.map((kind) => files[kind] && <File key={kind} of={files[kind]} take={() => (keep({ ...files, [kind]: undefined }), forget(kind), changed())} />)}
+      {!several.setups && program(0)}
+      {(["drawing", "measurement"] as const).map((kind) => files[kind] && <File key={kind} of={files[kind]} take={() => remove(kind)} />)}
       <div className="fields">
         <div className="two">
-          <LengthInput label={text("correct.nose")} of="mm" required error={bad(nose) || ((nose ?? 0) < 0 && text("correct.no.number"))} length={stated.nose} change={(length) => set({ nose: length })} />
-          <NativeSelect
-            label={text("correct.tip")}
-            description={text("correct.tip.why")}
-            value={stated.tip}
-            onChange={(event) => set({ tip: event.currentTarget.value })}
-            data={[{ value: "", label: text("correct.tip.own") }, ...TIPS]}
-          />
           <NativeSelect
             label={text("correct.side")}
-            value={stated.side}
-            onChange={(event) => set({ side: event.currentTarget.value })}
-            data={(["outside", "inside"] as const).map((one) => ({ value: one, label: text(`correct.side.${one}`) }))}
+            value={side}
+            onChange={(event) => (turn(SIDES.find((one) => one === event.currentTarget.value) ?? "outside"), show(undefined))}
+            data={SIDES.map((one) => ({ value: one, label: text(`correct.side.${one}`) }))}
           />
-          <TextInput label={text("correct.tool")} description={text("correct.tool.why")} inputMode="numeric" error={bad(tool, "correct.no.count")} value={stated.tool} onChange={(event) => set({ tool: event.currentTarget.value })} />
-          {questions.map(({ about, choices = [] }) => {
-            const own = { value: "", label: text("correct.own") };
-            const field = (name: "dialect" | "unit" | "outline" | "lines") => ({
-              label: name === "unit" ? text("file.unit") : text(`correct.${name}`),
-              value: stated[name],
-              onChange: (event: { currentTarget: { value: string } }) => set({ [name]: event.currentTarget.value }),
-            });
-            if (about === "dialect" || about === "unit") return <NativeSelect key={about} {...field(about)} data={[own, ...choices]} />;
-            if (about === "outline") return <TextInput key={about} inputMode="numeric" error={bad(outline, "correct.no.count")} {...field(about)} />;
-            if (about === "lines") return <TextInput key={about} error={bad(lines, "correct.no.lines")} {...field(about)} />;
-            if (about === "accept_unknown_words")
-              return <Checkbox key={about} size="lg" label={text("correct.accept")} checked={accepts} onChange={(event) => (accept(event.currentTarget.checked), changed())} />;
-            return choices.map((name) => (
-              <TextInput
-                key={name}
-                label={text("correct.parameter", { name })}
-                inputMode="decimal"
-                error={bad(typed(parameters[name] ?? ""))}
-                value={parameters[name] ?? ""}
-                onChange={(event) => (value({ ...parameters, [name]: event.currentTarget.value }), changed())}
-              />
-            ));
-          })}
+          {outline !== undefined && (
+            <TextInput
+              label={text("correct.outline")}
+              inputMode="numeric"
+              error={Number.isNaN(contour) && text("correct.no.count")}
+              value={outline}
+              onChange={(event) => (choose(event.currentTarget.value), show(undefined))}
+            />
+          )}
         </div>
+        {stated.map((one, k) => {
+          const fields = <ProgramFields of={one} set={(some) => set(k, some)} several={several} />;
+          if (!several.setups) return <div key={k} className="fields">{fields}</div>;
+          return (
+            <fieldset key={k} className="step">
+              <legend>{text("correct.setup", { k: k + 1 })}</legend>
+              {program(k) ?? drop(k, text("correct.setup.drop", { k: k + 1 }))}
+              <div className="fields">{fields}</div>
+              {k > 0 && <Act danger label={text("correct.setup.take", { k: k + 1 })} onClick={() => remove(k)} />}
+            </fieldset>
+          );
+        })}
+        <Act plain label={text("correct.setup.add")} onClick={() => (state((all) => [...all, NOTHING]), show(undefined))} />
         <Refused problem={asking.error} />
         {asking.data?.problem && (
           <div role="alert">

@@ -10,7 +10,6 @@ import { Act, LengthInput, Notes, Refused, Rows, Section, useWhyNot } from "../.
 import { useName, useText } from "../../text/text";
 import type { Seen } from "../Correct";
 import { Content } from "../files/Content";
-import { Drawn } from "./Drawn";
 
 type Readings = Shape<"AskedReadings">;
 type Size = Shape<"SizeToMeasure">;
@@ -67,6 +66,7 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
     { value: "given", label: text("correct.cut.given") },
     ...before.flatMap(({ id, made_at, serial, tool, ways }) => {
       const of = text("correct.cut.of", { id, serial, tool: tool || "–", at: moment(made_at) });
+      if (ways.length === 0) return [{ value: id, label: text("correct.cut.all", { of }) }];
       return ways.map((way) => ({ value: `${id} ${way}`, label: text(`correct.cut.${way}`, { of }) }));
     }),
   ];
@@ -111,7 +111,7 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
   return (
     <>
       <Section title={text("correct.part")}>
-        <p>{text("correct.tools", { tools: (part.tools ?? []).join(", "), dialect: part.dialect ?? "" })}</p>
+        <p>{text("correct.tools", { tools: (part.tools ?? []).join(", "), dialect: word("dialect", part.dialect) })}</p>
         <Notes of={part.notes ?? []} />
         {part.picture && <Drawn of={part.picture} />}
         {file ? (
@@ -155,6 +155,17 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
         </div>
       </Section>
     </>
+  );
+}
+
+/** A picture that came with an answer, on white as in the report. */
+export function Drawn({ of }: { of: Shape<"Picture"> }) {
+  const at = (svg: string) => `data:image/svg+xml,${encodeURIComponent(svg)}`;
+  return (
+    <picture>
+      <source media="(max-width: 40rem)" srcSet={at(of.narrow)} />
+      <img className="picture drawn" src={at(of.wide)} alt={of.said} />
+    </picture>
   );
 }
 

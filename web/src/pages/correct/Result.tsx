@@ -6,12 +6,12 @@ import { useReader } from "../../show/lengths";
 import { Deviation, Legend, Length, Notes, Opens, Rows, Section } from "../../show/parts";
 import { useName, useText } from "../../text/text";
 import { Remarks } from "../files/Content";
-import { Drawn } from "./Drawn";
+import { Drawn } from "./Measure";
 
 type Made = Shape<"CorrectedByHand">;
 
 /** What to enter at the control, or the program to run: one of them. And what to expect of the next cut. */
-export function Result({ made, given }: { made: Made; given: string }) {
+export function Result({ made }: { made: Made }) {
   const text = useText();
   const word = useName();
   const reader = useReader();
@@ -19,7 +19,8 @@ export function Result({ made, given }: { made: Made; given: string }) {
   const way = made.ways.find((one) => one.by === chosen);
   const first = made.ways[0];
   const name = way?.program ?? "";
-  const sha = way?.given ? given : made.files.find((one) => one.name === name)?.sha256;
+  const sha = (program: string) => made.files.find((one) => one.name === program)?.sha256 ?? "";
+  const toRun = made.to_run ?? [];
   return (
     <>
       <Section title={text("correct.result")}>
@@ -42,9 +43,26 @@ export function Result({ made, given }: { made: Made; given: string }) {
                   {text("correct.do.block")} <code>{way.blocks.join(" ")}</code>
                 </p>
               )}
-              {sha && !way.given && <Download sha={sha} name={name} />}
+              {!way.given && <Download sha={sha(name)} name={name} />}
             </>
           )}
+          {toRun.map((one) => (
+            <div key={one.setup}>
+              {one.setup && <h3 className="small">{text("correct.setup.named", { name: one.setup, program: one.program })}</h3>}
+              {one.entered.map((words) => (
+                <p key={words}>
+                  <strong className="enter">{words}</strong>
+                </p>
+              ))}
+              <p>{text(one.entered.length ? "correct.do.enter" : one.given ? "correct.do.as.is" : "correct.do.run", { program: one.program })}</p>
+              {one.blocks.length > 0 && (
+                <p>
+                  {text("correct.do.block")} <code>{one.blocks.join(" ")}</code>
+                </p>
+              )}
+              {!one.given && <Download sha={sha(one.program)} name={one.program} />}
+            </div>
+          ))}
         </div>
         <Remarks of={made.remarks} />
         <p className={made.kept ? "soft" : "why"}>{text(made.kept ? "correct.kept" : "correct.kept.not")}</p>
@@ -54,15 +72,20 @@ export function Result({ made, given }: { made: Made; given: string }) {
         <p>{made.headline}</p>
         <p className="soft">{text("key.side")}</p>
         <Legend />
-        <Drawn of={made.picture} />
+        {made.pictures.map((one) => (
+          <figure key={one.said} className="of-tool">
+            <Drawn of={one} />
+            {toRun.length > 0 && <figcaption className="soft">{one.said}</figcaption>}
+          </figure>
+        ))}
         <Rows
           label={text("correct.expected")}
           none=""
           head={[text("head.feature"), text("head.touches"), text("correct.before"), text("correct.after"), text("head.expanded"), text("head.correction")]}
           rows={made.features.map((one) => ({
-            key: one.feature,
+            key: `${one.cut_by} ${one.feature}`,
             cells: [
-              one.feature,
+              one.cut_by ? `${one.feature} (${one.cut_by})` : one.feature,
               String(one.touches),
               <Deviation um={one.before_um} />,
               <Deviation um={one.expected_um} />,
@@ -73,7 +96,7 @@ export function Result({ made, given }: { made: Made; given: string }) {
         />
         <h3 className="small">{text("correct.notes")}</h3>
         <Notes of={made.notes} />
-        {made.kept && <Opens href={`corrections/${made.id}/report?${reader}`}>{text("correction.open")}</Opens>}
+        {made.kept && toRun.length === 0 && <Opens href={`corrections/${made.id}/report?${reader}`}>{text("correction.open")}</Opens>}
         <h3 className="small">{text("correct.all")}</h3>
         <div className="acts">
           {made.files
@@ -87,7 +110,7 @@ export function Result({ made, given }: { made: Made; given: string }) {
   );
 }
 
-function Download({ sha, name }: { sha: string; name: string }) {
+export function Download({ sha, name }: { sha: string; name: string }) {
   const text = useText();
   return (
     <a className="to" href={`/api/v1/uploads/${sha}/file`} download={name}>

@@ -1,7 +1,7 @@
 import type { Shape } from "../../api/client";
 import { useLengths } from "../../show/lengths";
 import { Rows, State } from "../../show/parts";
-import { useText } from "../../text/text";
+import { useHint, useName, useText } from "../../text/text";
 
 type View = Shape<"UploadView">;
 type Inspection = Shape<"InspectionRead">;
@@ -9,13 +9,14 @@ type Inspection = Shape<"InspectionRead">;
 /** What a file was read as, or why it could not be read. */
 export function Content({ view: { program, measurement, drawing, problem } }: { view: View }) {
   const text = useText();
+  const word = useName();
   return (
     <>
       {problem && <Remarks of={[problem]} />}
       {program && (
         <>
           <p>
-            {text("file.program")}: {program.dialect} {program.unit} · {text("file.blocks", { count: program.blocks })}
+            {text("file.program")}: {word("dialect", program.dialect)} {program.unit} · {text("file.blocks", { count: program.blocks })}
           </p>
           <Remarks of={program.remarks} />
         </>
@@ -42,11 +43,12 @@ export function Content({ view: { program, measurement, drawing, problem } }: { 
 
 /** What is odd about a file, each with its code and what to do. */
 export function Remarks({ of }: { of: Shape<"Remarked">[] }) {
+  const hinted = useHint();
   return (
     <ul className="remarks">
       {of.map((one, k) => (
         <li key={k} className={one.severity === "error" ? "why" : "soft"}>
-          {one.code && <code>{one.code}</code>} {one.said} {one.hint}
+          {one.code && <code>{one.code}</code>} {one.said} – {hinted(one)}
         </li>
       ))}
     </ul>

@@ -1,10 +1,10 @@
-import { NativeSelect, Textarea, TextInput } from "@mantine/core";
+import { NativeSelect, Textarea } from "@mantine/core";
 import { useEffect, useState } from "react";
 
 import { useChange } from "../../api/asking";
 import type { Shape } from "../../api/client";
 import { Act, Refused, Section } from "../../show/parts";
-import { useText } from "../../text/text";
+import { DIALECTS, useName, useText } from "../../text/text";
 import { Keep } from "./Keep";
 import { Content } from "./Content";
 
@@ -16,6 +16,7 @@ const UNITS = ["", "mm", "inch"] as const;
 /** One file: sent, read, shown, read in another way where that was wrong, and then kept. */
 export function Handed({ file }: { file: File }) {
   const text = useText();
+  const word = useName();
   const reading = useChange<View>();
   const [view, show] = useState<View>();
   const [asked, ask] = useState<Asked>({ kind: null, dialect: null, unit: null, order: "", mapping_toml: "" });
@@ -55,10 +56,11 @@ export function Handed({ file }: { file: File }) {
                 data={UNITS.map((value) => ({ value, label: value || text("file.unit.own") }))}
               />
               {(asked.kind ?? view.kind) === "program" && (
-                <TextInput
+                <NativeSelect
                   label={text("head.dialect")}
                   value={asked.dialect ?? view.program?.dialect ?? ""}
-                  onChange={(event) => set({ dialect: event.currentTarget.value.trim() || null })}
+                  onChange={(event) => set({ dialect: event.currentTarget.value || null })}
+                  data={[{ value: "", label: text("correct.own") }, ...DIALECTS.map((value) => ({ value, label: word("dialect", value) }))]}
                 />
               )}
             </div>
