@@ -191,7 +191,7 @@ export function Milled() {
               key: one.name,
               cells: [
                 `${one.name} (${word("milled.kind", one.kind)})`,
-                <span className="number">{one.at_mm.map(length).join("  ")}</span>,
+                one.at_mm.map(length).join(" "),
                 <span className="number">{one.size_mm ? length(one.size_mm) : "–"}</span>,
                 `${one.tool}, ${one.work_offset}, ${text(one.radius_at_control ? "milled.at.control" : "milled.in.path")}`,
                 ...(file
