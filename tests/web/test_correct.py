@@ -290,6 +290,8 @@ def test_a_milled_part_is_answered_with_numbers_to_enter(own: Browsing, size: tu
         if size == NARROW:
             page.get_by_role("button", name="Menu").click()
         page.get_by_role("button", name="Deutsch").click()
+        if size == NARROW:
+            page.get_by_role("button", name="Menü").click()
         page.get_by_role("button", name="Zahlen zum Eingeben bestimmen").click()
         expect(page.get_by_role("region", name="Was zu tun ist")).to_contain_text("Werkzeug 2, Radius (D22): -0,01")
         usable(window, f"milled-typed-{size[0]}")
