@@ -12,7 +12,7 @@ from tests.support.profiles import facetst
 from tests.support.touched import noise, touched
 from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.turned.error_curve.fit_profile import fit_profile
-from trueloop.turned.error_curve.likeness import Spread, far_apart, process_scatter
+from trueloop.turned.error_curve.uncertainty import Spread, far_apart, process_scatter
 from trueloop.turned.fit.options import FitOptions
 
 UM2 = 1e-6

@@ -16,7 +16,7 @@ from trueloop.controllers.linuxcnc.realtime.signals.mqtt import Mqtt, Topic
 from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import MtConnect
 from trueloop.controllers.linuxcnc.realtime.signals.readings import Board
 from trueloop.controllers.linuxcnc.realtime.signals.serial_lines import SerialLines
-from trueloop.controllers.linuxcnc.realtime.signals.sources import OneWire
+from trueloop.controllers.linuxcnc.realtime.signals.setup import OneWire
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.realtime.signals_toml import SignalsFile
 from trueloop.jobs.realtime.wired import prepared

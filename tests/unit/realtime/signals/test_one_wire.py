@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.signals import reading
-from trueloop.controllers.linuxcnc.realtime.signals.sources import OneWire, temperature_degC
+from trueloop.controllers.linuxcnc.realtime.signals.setup import OneWire, temperature_degC
 
 NINE = "50 05 4b 46 7f ff 0c 10 1c"
 
