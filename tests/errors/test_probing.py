@@ -15,10 +15,9 @@ from trueloop.formats.measurements.touches_csv import read_probe_log
 from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
 from trueloop.probing.calibration import BallCalibration, calibrate
-from trueloop.probing.probe_match import match_touches
+from trueloop.probing.probe_match import match_touches, match_trials
 from trueloop.probing.probe_plan import SecondTouch
 from trueloop.probing.stylus import Stylus
-from trueloop.probing.trials import match_trials
 
 PLAN = plan_of(STEP, {"cylinder": 3, "face": 2})
 CENTRES = np.array([touch.contact_mm for touch in PLAN.touches])

@@ -16,7 +16,7 @@ from trueloop.server.access import ADMIN, require
 from trueloop.server.apart.reading import not_read
 from trueloop.server.gates import too_large
 from trueloop.server.guarded import asked_of, require_origin
-from trueloop.server.identity import accounts, attempts, keys, passwords, sessions
+from trueloop.server.identity import accounts, attempts, keys, sessions
 from trueloop.server.identity.oidc import SignIns
 from trueloop.server.identity.provider import Oidc, require_safe_issuer
 from trueloop.server.identity.who import Who
@@ -93,7 +93,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRV_MATCH: lambda: etags.require_same(_request(), "2"),
     Code.SRV_CURSOR: lambda: shown.place_of(b"secret", "parts", "AAAA"),
     Code.SRV_ACCOUNT: lambda: accounts.change_account(_store(), "otto", accounts.Change(disabled=True), AT),
-    Code.SRV_PASSWORD: lambda: passwords.hashed("short"),
+    Code.SRV_PASSWORD: lambda: accounts.hashed("short"),
     Code.SRV_KEYS: lambda: keys.end_key(_store(), 7, AT),
     Code.SRV_INTERNAL: lambda: _raise(problems.unexpected(ValueError("x"), "00c0ffee")),
 }

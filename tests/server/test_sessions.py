@@ -9,8 +9,7 @@ from sqlalchemy import select
 from tests.support.service import ORIGIN, PASSWORD, Caller, Running, problem, started
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.app import create_app
-from trueloop.server.identity.accounts import accounts
-from trueloop.server.identity.passwords import hashed
+from trueloop.server.identity.accounts import accounts, hashed
 from trueloop.server.settings import Settings
 from trueloop.storage.factory_tables import ACCOUNT, SESSION
 from trueloop.storage.store import Store

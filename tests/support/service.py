@@ -14,9 +14,8 @@ from httpx2 import Response
 
 from trueloop.server.app import create_app
 from trueloop.server.identity import accounts
-from trueloop.server.identity.accounts import NewAccount, add_account
+from trueloop.server.identity.accounts import NewAccount, add_account, hashed
 from trueloop.server.identity.keys import NewKey, add_key
-from trueloop.server.identity.passwords import hashed
 from trueloop.server.identity.provider import Oidc
 from trueloop.server.identity.who import ROLES
 from trueloop.server.settings import Settings

@@ -19,7 +19,7 @@ from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.controllers.linuxcnc.realtime.hal_lines import Change
-    from trueloop.controllers.linuxcnc.realtime.signals.checking import CheckedSignal
+    from trueloop.controllers.linuxcnc.realtime.signals.component import CheckedSignal
     from trueloop.jobs.realtime.image import ImageOptions
     from trueloop.realtime.image import Image
     from trueloop.realtime.judge import RunJudgement

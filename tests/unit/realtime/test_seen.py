@@ -12,8 +12,7 @@ from tests.support.refusals import refused
 from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.realtime.watch import layout_of, sampled_pins, samples_of, streams
 from trueloop.errors import Code
-from trueloop.realtime.envelope import NONE, counted, empty, envelope, gathered, merged
-from trueloop.realtime.samples import Samples, column_names, events
+from trueloop.realtime.samples import NONE, Samples, column_names, counted, empty, envelope, events, gathered, merged
 from trueloop.report.realtime.page import parts_figure, run_page
 from trueloop.report.realtime.run import FinishedPart, RunPage, largest_um, trace_of
 from trueloop.report.style import LEFT_ON, TAKEN

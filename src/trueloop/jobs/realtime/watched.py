@@ -27,10 +27,20 @@ from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.cell import opened
 from trueloop.jobs.realtime.live_server import LOCAL, LiveServer
 from trueloop.machine.model.chain import ZERO, Vector
-from trueloop.realtime.envelope import NONE, Envelope, Tally, counted, empty, gathered
 from trueloop.realtime.image import Image
 from trueloop.realtime.judge import DrivenRun, RunJudgement, judge
-from trueloop.realtime.samples import Event, Samples, events, signal_columns
+from trueloop.realtime.samples import (
+    NONE,
+    Envelope,
+    Event,
+    Samples,
+    Tally,
+    counted,
+    empty,
+    events,
+    gathered,
+    signal_columns,
+)
 from trueloop.report.realtime.live import live_page, silence, told
 from trueloop.report.realtime.page import run_page
 from trueloop.report.realtime.run import RunPage, Trace, timing_of, trace_names

@@ -15,7 +15,7 @@ import numpy as np
 from trueloop.controllers.linuxcnc.realtime.configuration import Configuration, read_configuration
 from trueloop.controllers.linuxcnc.realtime.hal_checks import mm_per_unit
 from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, watching, wiring
-from trueloop.controllers.linuxcnc.realtime.signals import checking, component
+from trueloop.controllers.linuxcnc.realtime.signals import component
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
 from trueloop.controllers.linuxcnc.realtime.signals.setup import Setup, setup_of
 from trueloop.domain.record import sha256_of
@@ -168,9 +168,9 @@ def prepared(path: Path) -> PreparedConfiguration:
     return PreparedConfiguration(image_file, image, setup_of(file, _wanted(image), lags, units))
 
 
-def check(path: Path, wait_s: float) -> list[checking.CheckedSignal]:
+def check(path: Path, wait_s: float) -> list[component.CheckedSignal]:
     """Reads every source once. Raises as `prepared`."""
-    return checking.checked(prepared(path).setup, wait_s, lambda: None)
+    return component.checked(prepared(path).setup, wait_s, lambda: None)
 
 
 def run(path: Path, stop: threading.Event, say: Callable[[str], None]) -> None:

@@ -12,8 +12,7 @@ from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import Item, Result, run_batch
 from trueloop.loops.surface.figures import SurfaceFigures, figures_of, require_known, rigid_findings, support_findings
 from trueloop.nc.program.program import Program
-from trueloop.surface.compensation.program import CorrectedProgram, corrected_program
-from trueloop.surface.compensation.seam import Steps
+from trueloop.surface.compensation.program import CorrectedProgram, Steps, corrected_program
 from trueloop.surface.compensation.shift import CorrectedSurface, Displacement, SurfaceJob, corrected_surface
 from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints

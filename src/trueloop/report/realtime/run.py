@@ -12,8 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from trueloop.arrays import Array, by_content
-from trueloop.realtime.envelope import NONE, Envelope, Tally, counted, envelope, merged
-from trueloop.realtime.samples import Event, Samples, events
+from trueloop.realtime.samples import NONE, Envelope, Event, Samples, Tally, counted, envelope, events, merged
 from trueloop.report import style
 from trueloop.report.style import Figure
 from trueloop.statistics import rms

@@ -2,6 +2,7 @@
 
 import json
 from base64 import b64encode
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from typing import Any, Final
@@ -9,9 +10,14 @@ from urllib.error import HTTPError, URLError
 from urllib.parse import quote, urlencode, urlsplit
 from urllib.request import HTTPRedirectHandler, Request, build_opener
 
+from sqlalchemy import Row, select
+
 from trueloop.errors import Code, TrueloopError
-from trueloop.server.identity.who import Role
+from trueloop.server.identity.accounts import Change, change_account, subject_of
+from trueloop.server.identity.who import ROLES, Role
 from trueloop.server.settings import is_loopback
+from trueloop.storage.factory_tables import ACCOUNT
+from trueloop.storage.store import Store
 
 
 @dataclass(frozen=True)
@@ -135,3 +141,45 @@ def _safe(address: str) -> str:
     if parts.scheme == "https" or (parts.scheme == "http" and is_loopback(parts.hostname or "")):
         return address
     raise failed(f"{address!r} is not https")
+
+
+def account_of(store: Store, oidc: Oidc, claims: Mapping[str, object], now: datetime) -> Row[Any]:
+    """Returns the account, with the role that the claim gives it where one is named. Raises SRV-OIDC for a stranger,
+    for a disabled account, and for a claim that gives no role.
+    """
+    subject = str(claims["sub"])
+    found = _found(store, oidc, subject)
+    if found is None or found.disabled:
+        raise refused(
+            f"no account is open for {subject!r} of {oidc.issuer}; an administrator links one: "
+            f"trueloop user link NAME {subject!r} --issuer {oidc.issuer}"
+        )
+    if not oidc.role_claim:
+        return found
+    role = role_of(oidc, claims)
+    if role == found.role:
+        return found
+    try:
+        change_account(store, found.name, Change(role=role), now, by=oidc.issuer)
+    except TrueloopError as error:
+        raise refused(f"the role {role!r} cannot be given: {error.message}") from error
+    changed = _found(store, oidc, subject)
+    if changed is None or changed.disabled:
+        raise refused("the account was changed meanwhile")
+    return changed
+
+
+def role_of(oidc: Oidc, claims: Mapping[str, object]) -> Role:
+    """Returns the highest role that a value of the claim gives. Raises SRV-OIDC where none does."""
+    claim = claims.get(oidc.role_claim)
+    values = claim if isinstance(claim, list) else [claim]
+    given = [role for value, role in oidc.roles if value in values]
+    if not given:
+        raise refused(f"its claim {oidc.role_claim!r} gives no role")
+    return max(given, key=ROLES.index)
+
+
+def _found(store: Store, oidc: Oidc, subject: str) -> Row[Any] | None:
+    wanted = select(ACCOUNT).where(ACCOUNT.c.oidc_subject == subject_of(oidc.issuer, subject))
+    with store.reading() as connection:
+        return connection.execute(wanted).one_or_none()

@@ -13,7 +13,7 @@ from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code
 from trueloop.server.guarded import By, Here, Service, router
 from trueloop.server.identity import accounts, sessions
-from trueloop.server.identity.passwords import is_right
+from trueloop.server.identity.accounts import is_right
 from trueloop.server.identity.who import Role, Who
 
 routes = router()
