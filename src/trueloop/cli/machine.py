@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from trueloop.arrays import Array
-    from trueloop.jobs.machine.machine_model import Decomposed
-    from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.machine.correct import Setup
     from trueloop.machine.identify.judge_fit import HeldOut
     from trueloop.machine.model.chain import Vector
@@ -285,8 +283,9 @@ def decompose(
     from trueloop.formats.measurements.inspections_csv import components_csv, read_inspections
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.jobs.machine.machine_model import Decomposed
-    from trueloop.loops.diagnosis.left_on_parts import decompose_part, states_of
+    from trueloop.jobs.machine.machine_model import keep_both
+    from trueloop.jobs.store.opened import Keeping
+    from trueloop.loops.diagnosis.left_on_parts import BothSeen, decompose_part, states_of
     from trueloop.report.machine.summary import components_page
 
     if db and not serial:
@@ -296,29 +295,26 @@ def decompose(
     zero = vector_of(work_zero, "--work-zero")
     cut = states_of(known, seen, zero, _tool(tool, seen.tool_mm, "tool"), signals_of(known, cutting))
     touched = states_of(known, seen, zero, _tool(probe, seen.probe_mm, "probe"), signals_of(known, probing))
-    allowed = extrapolate or ()
-    with in_file(inspections):
-        parts, frame = decompose_part(
-            known, seen, cut, touched, compensated=compensated, new_frame=new_frame, extrapolate=allowed
-        )
-    contents = {
-        "components.csv": components_csv(points, parts).encode(),
-        "components.html": components_page(points, parts, frame).encode(),
-    }
-    sha256 = sha256_of(model.read_bytes())
-    done = Decomposed(
-        path=inspections,
-        points=points,
+    both = BothSeen(
+        serial=serial,
+        part_type=part_type,
+        points=tuple(points),
         seen=seen,
-        model=known,
-        model_sha256=sha256,
-        zero_mm=zero,
         cutting=cut,
         probing=touched,
         compensated=compensated,
         new_frame=new_frame,
     )
-    kept = _kept(done, part_type, serial, db, supersede=supersede)
+    with in_file(inspections):
+        parts, frame = decompose_part(known, both, extrapolate or ())
+    contents = {
+        "components.csv": components_csv(points, parts).encode(),
+        "components.html": components_page(points, parts, frame).encode(),
+    }
+    kept = None
+    if serial:
+        sha256, keeping = sha256_of(model.read_bytes()), Keeping(db, supersede=supersede)
+        kept = keep_both(both, inspections, known, sha256, zero, keeping=keeping)
     write_all(out, contents.items(), inputs=(inspections, model, *logs_of([*cutting, *probing])))
     if frame is not None:
         typer.echo(
@@ -334,16 +330,6 @@ def _tool(text: str, by_point: "Array | None", name: str) -> "Array | Vector":
     if by_point is not None and text:
         raise typer.BadParameter(f"the file states it: column {name}_x_mm", param_hint=f"--{name}")
     return vector_of(text or "0,0,0", f"--{name}") if by_point is None else by_point
-
-
-def _kept(done: "Decomposed", part_type: str, serial: str, db: str | None, *, supersede: bool) -> "KeptFacts | None":
-    """Keeps the part in the store, and returns the facts kept; None: no part is named."""
-    if not serial:
-        return None
-    from trueloop.jobs.machine.machine_model import keep_both
-    from trueloop.jobs.store.opened import Keeping
-
-    return keep_both(done, part_type, serial, Keeping(db, supersede=supersede))
 
 
 LogFile = Annotated[Path, argument("time_s, NAME_um, NAME_degC, NAME_rpm.", metavar="LOG.csv")]

@@ -262,25 +262,13 @@ def states_of(
 
 
 def decompose_part(
-    model: MachineModel,
-    inspections: Inspections,
-    cutting: State,
-    probing: State,
-    *,
-    compensated: bool,
-    new_frame: bool,
-    extrapolate: Collection[str] = (),
+    model: MachineModel, part: BothSeen, extrapolate: Collection[str] = ()
 ) -> tuple[Components, FrameDiscrepancy | None]:
     """Components at each gauging point; with `new_frame` after the part coordinate system discrepancy is taken out.
 
     Raises MCH-TRAVEL and MCH-RANGE for states at which the model is not known to hold; `extrapolate` names what may
     leave the range of the data.
     """
-    check_state(model, cutting, extrapolate)
-    check_state(model, probing, extrapolate)
-    found = error_components(model, inspections, cutting, probing, compensated=compensated)
-    if not new_frame:
-        return found, None
-    frame = fit_frame_discrepancy(inspections, found.error_proc_resid)
-    mended = without_discrepancy(inspections, frame)
-    return error_components(model, mended, cutting, probing, compensated=compensated), frame
+    check_state(model, part.cutting, extrapolate)
+    check_state(model, part.probing, extrapolate)
+    return part.components(model)
