@@ -8,12 +8,34 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
-from typing import Annotated, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal
 
 from pydantic import Field
 
 from trueloop.domain.factory import Block, Conditions, RunFact
 from trueloop.errors import Code
+
+
+class Role(StrEnum):
+    """The role of an account; each may do what those before it may. A cell has requests of its own."""
+
+    VIEWER = "viewer"
+    OPERATOR = "operator"
+    ENGINEER = "engineer"
+    ADMIN = "admin"
+    CELL = "cell"
+    SERVICE = "service"  # the service itself: tasks and timers
+
+
+class Request:
+    """A request that needs this role; `also_cell`: a cell may make it too, about its own machine."""
+
+    needs: ClassVar[Role]
+    also_cell: ClassVar[bool]
+
+    def __init_subclass__(cls, needs: Role, also_cell: bool = False) -> None:
+        cls.needs, cls.also_cell = needs, also_cell
+
 
 Verdict = Literal["made", "not-made", "reject"]
 
@@ -23,7 +45,7 @@ def _unchanged(text: bytes, key: str) -> bytes:
 
 
 @dataclass(frozen=True)
-class PlanOrder:
+class PlanOrder(Request, needs=Role.ENGINEER):
     """Parts of one type, by one route; `job_toml`: the job by which corrections are computed.
 
     `probe_toml`: the probe that the job names; gauging runs then write the log of `probe_control`. `new_machine`: the
@@ -43,7 +65,7 @@ class PlanOrder:
 
 
 @dataclass(frozen=True)
-class NextBlock:
+class NextBlock(Request, needs=Role.CELL):
     """A cell asks what its machine is to do: answered with an `Offer` or None.
 
     `as_sent` gives a program's text as it is sent, with the lines by which it witnesses the run of this key.
@@ -54,14 +76,14 @@ class NextBlock:
 
 
 @dataclass(frozen=True)
-class RecordFacts:
+class RecordFacts(Request, needs=Role.CELL):
     """Facts that witnesses report about runs, in any order and repeatable. Answered with the keys of the runs."""
 
     facts: tuple[RunFact, ...]
 
 
 @dataclass(frozen=True)
-class RecordTouches:
+class RecordTouches(Request, needs=Role.CELL):
     """The file of touches that a gauging run wrote."""
 
     run: str
@@ -70,7 +92,7 @@ class RecordTouches:
 
 
 @dataclass(frozen=True)
-class RecordTemperatures:
+class RecordTemperatures(Request, needs=Role.CELL):
     """Temperatures of a machine by signal, °C; `run` may be empty."""
 
     machine: str
@@ -80,7 +102,7 @@ class RecordTemperatures:
 
 
 @dataclass(frozen=True)
-class Calibrated:
+class Calibrated(Request, needs=Role.OPERATOR, also_cell=True):
     """A machine's probe was calibrated now; `values` are what was found."""
 
     machine: str
@@ -88,7 +110,7 @@ class Calibrated:
 
 
 @dataclass(frozen=True)
-class Hold:
+class Hold(Request, needs=Role.OPERATOR):
     """Nothing more happens to a part before a person has decided."""
 
     order: str
@@ -97,7 +119,7 @@ class Hold:
 
 
 @dataclass(frozen=True)
-class DecideStep:
+class DecideStep(Request, needs=Role.OPERATOR):
     """A person's decision on a step that is unknown, or on a part that is held: what its step has done to the part."""
 
     order: str
@@ -108,7 +130,7 @@ class DecideStep:
 
 
 @dataclass(frozen=True)
-class Arm:
+class Arm(Request, needs=Role.OPERATOR, also_cell=True):
     """So many parts of an order may be made without a press of Cycle Start; 0 disarms. Only at the machine."""
 
     order: str
@@ -118,7 +140,7 @@ class Arm:
 
 
 @dataclass(frozen=True)
-class RecordStep:
+class RecordStep(Request, needs=Role.OPERATOR):
     """A person did a step that has no program: removed a part, measured it, released it."""
 
     order: str
@@ -128,7 +150,7 @@ class RecordStep:
 
 
 @dataclass(frozen=True)
-class StepCorrected:
+class StepCorrected(Request, needs=Role.SERVICE):
     """The step CORRECT came to a correction (its record's id) and a program, kept in the store already.
 
     `gauged_by`: the run whose touches it was made from.
@@ -144,7 +166,7 @@ class StepCorrected:
 
 
 @dataclass(frozen=True)
-class CorrectionRefused:
+class CorrectionRefused(Request, needs=Role.SERVICE):
     """The step CORRECT was refused for the touches of a run, by the loop's own code: the part is held."""
 
     order: str
@@ -156,7 +178,7 @@ class CorrectionRefused:
 
 
 @dataclass(frozen=True)
-class CellSilent:
+class CellSilent(Request, needs=Role.SERVICE):
     """Nothing was heard of a machine for longer than `limit_s` while a step of a part was started there."""
 
     order: str
@@ -166,7 +188,7 @@ class CellSilent:
 
 
 @dataclass(frozen=True)
-class ReleaseProgram:
+class ReleaseProgram(Request, needs=Role.ENGINEER):
     """A program may be sent to machines."""
 
     program_sha256: str
@@ -174,7 +196,7 @@ class ReleaseProgram:
 
 
 @dataclass(frozen=True)
-class RecordTransfer:
+class RecordTransfer(Request, needs=Role.OPERATOR):
     """A program went to a control or came from it; only a released one is sent."""
 
     control: str
@@ -187,7 +209,7 @@ class RecordTransfer:
 
 
 @dataclass(frozen=True)
-class Certify:
+class Certify(Request, needs=Role.ENGINEER):
     """A certificate of a part: the page as bytes, with its verdict."""
 
     part: int
@@ -196,7 +218,7 @@ class Certify:
 
 
 @dataclass(frozen=True)
-class RaiseAlarm:
+class RaiseAlarm(Request, needs=Role.SERVICE, also_cell=True):
     """Something that a person has to see; `blocks`: no finish cut before it is acknowledged.
 
     `machine` and `part_type` say what it is about; both empty: everything.
@@ -212,7 +234,7 @@ class RaiseAlarm:
 
 
 @dataclass(frozen=True)
-class Acknowledge:
+class Acknowledge(Request, needs=Role.OPERATOR):
     """A person has seen an alarm."""
 
     alarm: int
@@ -220,7 +242,7 @@ class Acknowledge:
 
 
 @dataclass(frozen=True)
-class DecideProposal:
+class DecideProposal(Request, needs=Role.ENGINEER):
     """Accepts or rejects a proposal; `overrides` as `loops.post_process.decide` names them."""
 
     proposal: str
@@ -230,74 +252,14 @@ class DecideProposal:
 
 
 @dataclass(frozen=True)
-class SetTool:
+class SetTool(Request, needs=Role.OPERATOR):
     """An edge was set at a time; its memory begins anew where the edge is another."""
 
     edge: tuple[str, ...]
     set_at: datetime
 
 
-Request = (
-    PlanOrder
-    | NextBlock
-    | RecordFacts
-    | RecordTouches
-    | RecordTemperatures
-    | Calibrated
-    | Hold
-    | DecideStep
-    | Arm
-    | RecordStep
-    | StepCorrected
-    | CorrectionRefused
-    | CellSilent
-    | ReleaseProgram
-    | RecordTransfer
-    | Certify
-    | RaiseAlarm
-    | Acknowledge
-    | DecideProposal
-    | SetTool
-)
-
-
-class Role(StrEnum):
-    """The role of an account; each may do what those before it may. A cell has requests of its own."""
-
-    VIEWER = "viewer"
-    OPERATOR = "operator"
-    ENGINEER = "engineer"
-    ADMIN = "admin"
-    CELL = "cell"
-    SERVICE = "service"  # the service itself: tasks and timers
-
-
 _RANK: Final = (Role.VIEWER, Role.OPERATOR, Role.ENGINEER, Role.ADMIN)
-
-NEEDED: Final[Mapping[type, Role]] = {
-    PlanOrder: Role.ENGINEER,
-    NextBlock: Role.CELL,
-    RecordFacts: Role.CELL,
-    RecordTouches: Role.CELL,
-    RecordTemperatures: Role.CELL,
-    Calibrated: Role.OPERATOR,
-    Hold: Role.OPERATOR,
-    DecideStep: Role.OPERATOR,
-    Arm: Role.OPERATOR,
-    RecordStep: Role.OPERATOR,
-    StepCorrected: Role.SERVICE,
-    CorrectionRefused: Role.SERVICE,
-    CellSilent: Role.SERVICE,
-    ReleaseProgram: Role.ENGINEER,
-    RecordTransfer: Role.OPERATOR,
-    Certify: Role.ENGINEER,
-    RaiseAlarm: Role.SERVICE,
-    Acknowledge: Role.OPERATOR,
-    DecideProposal: Role.ENGINEER,
-    SetTool: Role.OPERATOR,
-}
-ALSO_CELL: Final = (Calibrated, Arm, RaiseAlarm)
-"""Requests that a cell may make about its own machine, beside those of cells alone."""
 
 
 @dataclass(frozen=True)
@@ -313,22 +275,21 @@ class By:
     once: tuple[str, str] | None = None
 
 
-def allowed(role: Role, request: type) -> bool:
+def allowed(role: Role, request: type[Request]) -> bool:
     """Returns whether a role may make requests of this type."""
-    needed = NEEDED[request]
+    needed = request.needs
     if role is Role.SERVICE or needed in (Role.CELL, Role.SERVICE) or role is Role.CELL:
-        return role is needed or (role is Role.CELL and request in ALSO_CELL)
+        return role is needed or (role is Role.CELL and request.also_cell)
     return _RANK.index(role) >= _RANK.index(needed)
 
 
 def require_role(request: Request, by: By) -> None:
     """Requires that a person may do what is requested. Raises FAC-ROLE."""
     if not allowed(by.role, type(request)):
-        needed = NEEDED[type(request)]
         raise Code.FAC_ROLE.refusal(
-            f"{by.name!r} has the role {by.role.value!r}; this needs {needed.value!r}",
+            f"{by.name!r} has the role {by.role.value!r}; this needs {request.needs.value!r}",
             hint="ask an account with that role, or an administrator for it",
-            values={"role": by.role.value, "needed": needed.value},
+            values={"role": by.role.value, "needed": request.needs.value},
         )
 
 

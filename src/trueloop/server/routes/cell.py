@@ -3,7 +3,7 @@
 from base64 import b64decode
 from binascii import Error
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import Request, Response
 from pydantic import AwareDatetime, Field
@@ -120,15 +120,7 @@ def temperatures(body: Temperatures, here: Here, who: By) -> None:
 @routes.post("/heartbeat", status_code=204, response_class=Response)
 def heartbeat(body: Heartbeat, here: Here, who: By) -> None:
     """Records the machine's state, every two seconds."""
-    said: dict[str, Any] = {
-        "state": body.state,
-        "program": body.program,
-        "line": body.line,
-        "progress": body.progress,
-        "corrector": body.corrector,
-        "temperatures_c": body.temperatures_c,
-    }
-    heard(here.store, who.machine, said, of(who), here.clock())
+    heard(here.store, who.machine, vars(body), of(who), here.clock())
 
 
 @routes.post("/trace", status_code=204, response_class=Response)
