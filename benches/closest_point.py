@@ -7,8 +7,7 @@ import numpy as np
 from benches.ratio import Contender, compare, compare_once, verdict
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import to_kernel
-from trueloop.geometry.surface import Surface, closest
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import Surface, closest, fit_grid
 
 COUNTS, SCIPY_SOON, OCCT_SOON = (100, 10_000, 1_000_000), 100, 10_000
 """Of more points a call of the others takes many seconds: they are timed once."""

@@ -18,8 +18,7 @@ from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import read_face, read_faces, write_surface
 from trueloop.formats.measurements.surface_csv import read_points
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.jobs.surface.job import ReadSurface, compare_jobs, read_surface
 from trueloop.loops.batch import run_batch
 from trueloop.loops.surface.figures import SurfaceFigures, check_support

@@ -9,8 +9,7 @@ from scipy.optimize import minimize
 from tests.support.surfaces import sphere, wavy_surface
 from trueloop._core import NurbsPatch
 from trueloop.arrays import Array
-from trueloop.geometry.surface import Surface, clamped_knots, closest
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import Surface, clamped_knots, closest, fit_grid
 
 RNG = np.random.default_rng(29)
 STARTS = 4

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.tolerances.iso286 import ABOVE_ZERO_UM, BELOW_ZERO_UM, FINE_MM, GRADE_UM, LETTERS, MAIN_MM, deviations_mm
+from trueloop.tolerances.text import ABOVE_ZERO_UM, BELOW_ZERO_UM, FINE_MM, GRADE_UM, LETTERS, MAIN_MM, deviations_mm
 
 PRINTED = Path(__file__).parent / "iso286_limits.txt"
 

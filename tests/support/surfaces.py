@@ -4,8 +4,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from trueloop.arrays import Array, for_kernel
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
 from trueloop.surface.compensation.cutter import Cutter

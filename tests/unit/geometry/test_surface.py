@@ -5,8 +5,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from tests.support.surfaces import sphere, wavy_surface
-from trueloop.geometry.surface import basis_matrix, basis_rows, clamped_knots, closest
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import basis_matrix, basis_rows, clamped_knots, closest, fit_grid
 
 RNG = np.random.default_rng(7)
 

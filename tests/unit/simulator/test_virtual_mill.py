@@ -7,8 +7,7 @@ import pytest
 
 from tests.support.surfaces import ball_end, wavy_surface
 from trueloop.arrays import Array
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
 from trueloop_lab.simulator.mill import STEP_MM, EndMill, MilledStock, Passes, VirtualCmm, VirtualMill, passes_over

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.surfaces import wavy_surface
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import fit_grid
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter, edge_centres_mm, tool_axes
 from trueloop.surface.compensation.shift import moved_locations, places

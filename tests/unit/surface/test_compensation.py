@@ -11,8 +11,7 @@ from tests.support.linuxcnc import interpret
 from tests.support.surfaces import ball_centres, left_on_mm, random_surface, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.surface import closest
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import closest, fit_grid
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter, contacts

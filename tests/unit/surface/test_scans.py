@@ -10,7 +10,7 @@ import pytest
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.scan import read_scan
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import fit_grid
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.surface.surface import deviations_of
 from trueloop.surface.deviations.points import MeasuredPoints, on_face

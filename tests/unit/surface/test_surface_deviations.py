@@ -7,8 +7,7 @@ from scipy.spatial.transform import Rotation
 from tests.support.surfaces import random_surface, sphere, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.surface.deviations.deviations import sampling_advice, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 

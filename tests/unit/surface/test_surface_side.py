@@ -7,8 +7,7 @@ from tests.support.refusals import refused
 from tests.support.surfaces import sphere, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.placed import require_outer_side

@@ -15,8 +15,7 @@ from trueloop.formats.measurements.surface_csv import maps_to_csv, pattern_to_js
 from trueloop.formats.outputs import Named
 from trueloop.formats.record_file import read_record
 from trueloop.formats.toml_tables import options_from
-from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_fit import fit_grid
+from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.jobs.surface.cut_with import require_stated, with_cut
 from trueloop.jobs.surface.points import inspection_of, point_files, read_measured, require_measured_once
 from trueloop.jobs.turned.cut_with import GIVEN

@@ -15,8 +15,7 @@ import numpy as np
 from trueloop.arrays import Array, Integers
 from trueloop.domain.option import Limits, Option, allowed_by
 from trueloop.errors import Code
-from trueloop.geometry.surface import Surface, closest
-from trueloop.geometry.surface_fit import fit_parameterised
+from trueloop.geometry.surface import Surface, closest, fit_parameterised
 from trueloop.nc.program.along import lengths_mm, points_along
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.surface.compensation.cutter import Contacts, Cutter, ToolAxes, contacts
