@@ -136,15 +136,20 @@ class Badness:
         groups = groups_of(catalogue, catalogue.medians, wholes)
         present = {key[0] for group in groups for key in group.keys}
         terms = [term for term in catalogue.terms if term.name in present]
-        scatter, of_place = _scatter(catalogue, wholes)
+        scatter = _Scatter.of(catalogue, wholes)
         walking = {term.name: term.step for term in terms if term.step is not None}
-        self._variances = [*(_squared(term.spread) for term in terms), *map(_squared, walking.values()), scatter]
+        self._variances = [
+            *(_squared(term.spread) for term in terms),
+            *map(_squared, walking.values()),
+            scatter.variances,
+        ]
         sizes = [len(one(catalogue.medians)) for one in self._variances]
         ends = np.cumsum([0, *sizes]).tolist()
         self._ends, (*starts, of_scatter) = ends, ends[:-1]
         spread = dict(zip((term.name for term in terms), starts, strict=False))
         step = dict(zip(walking, starts[len(terms) :], strict=True))
-        self._columns = _columns(groups, wholes, (spread, step), far, (of_scatter, of_place))
+        shared = [(rows, of_scatter + which) for rows, which in scatter.shared]
+        self._scatter, self._columns = scatter.own, _columns(groups, wholes, (spread, step), far, shared)
         self._followed = [self._followed_by(variances) for variances in self._variances]
 
     def _followed_by(self, variances: Callable[[Sizes], Array]) -> list[str]:
@@ -160,6 +165,7 @@ class Badness:
         sizes = self._catalogue.sizes(logarithms)
         variances = [of(sizes) for of in self._variances]
         spread, covariance = np.sqrt(np.concatenate(variances)), self._fixed.copy()
+        np.einsum("ii->i", covariance)[:] += self._scatter @ variances[-1]
         for one in self._columns:
             scaled = one.design * spread[one.which]
             covariance[_square(one.rows)] += scaled @ scaled.T
@@ -177,6 +183,7 @@ class Badness:
                 squares = np.sum((drawn @ one.design) ** 2, axis=0)
             own = squares - (alpha[one.rows] @ one.design) ** 2
             slope += 0.5 * np.bincount(one.which, own, len(slope))
+        slope[self._ends[-2] :] += 0.5 * (np.einsum("ij,ij->j", inverse, inverse) - alpha**2) @ self._scatter
         gradient = dict.fromkeys(sizes, 0.0)
         for of, followed, start, end in zip(self._variances, self._followed, self._ends, self._ends[1:], strict=False):
             for name in followed:
@@ -192,14 +199,15 @@ def _columns(
     wholes: Sequence[Observed],
     starts: tuple[Mapping[str, int], Mapping[str, int]],
     far: Mapping[Key, float],
-    scatter: tuple[int, Integers],
+    shared: Sequence[tuple[Array, Integers]],
 ) -> list[_Columns]:
     """Returns the columns of all terms, those of the same parts side by side.
 
     `starts`: where variances of a term's coefficients and of their walk begin. A walk is a step between two times one
-    after the other, which all later parts have. `scatter`: where its variances begin, and which each place has.
+    after the other, which all later parts have. `shared`: those of each part's places that several of its values see.
     """
-    found, (spread, step), (first, of_place) = dict[tuple[int, ...], list[tuple[Array, Integers]]](), starts, scatter
+    found: dict[tuple[int, ...], list[tuple[Array, Integers]]] = {(k,): [one] for k, one in enumerate(shared)}
+    spread, step = starts
     for group in groups:
         of = found.setdefault(tuple(group.parts), [])
         shown = np.vstack([group.shown(k, wholes[k]) for k in group.parts])
@@ -212,13 +220,6 @@ def _columns(
             for since, now in pairwise(np.unique(own).tolist()):
                 stepped = shown[:, at] * (of_value >= now) * math.sqrt(now - since)
                 of.append((stepped, step[key[0]] + np.arange(stepped.shape[1])))
-    place = 0
-    for k, whole in enumerate(wholes):
-        mine = of_place[place : place + len(whole.places)]
-        place += len(whole.places)
-        for one in np.unique(mine):
-            root: Array = np.asarray(np.linalg.qr(whole.matrix[:, mine == one].T, mode="r")).T
-            found.setdefault((k,), []).append((root, np.full(root.shape[1], first + one)))
     ends = np.cumsum([0, *map(len, wholes)])
     return [
         _Columns(
@@ -230,16 +231,36 @@ def _columns(
     ]
 
 
-def _scatter(catalogue: Catalogue, wholes: Sequence[Observed]) -> tuple[Callable[[Sizes], Array], Integers]:
-    """Returns the variances by which the cut scatters at all places, few, as a function of the sizes, and which of
-    them each place has: places alike for two sets of sizes that differ in each are alike for all.
+@dataclass(frozen=True, eq=False)
+class _Scatter:
+    """The scatter of the cut from place to place, of few variances (c,).
+
+    `own` (n, c): by how much the variance of each value grows with it, by the places that this value alone sees. Of
+    each part, `shared` has the matrix by which its values follow places that several see, and their variances.
     """
-    places, logarithms = joined([one.places for one in wholes]), catalogue.logarithms(catalogue.medians)
-    other = catalogue.sizes(logarithms + 0.01 * np.arange(1, len(logarithms) + 1))
-    seen = np.array([catalogue.repeatability_mm2(places, sizes) for sizes in (catalogue.medians, other)])
-    _, first, of_place = np.unique(seen, axis=1, return_index=True, return_inverse=True)
-    chosen = places.chosen(first)
-    return lambda sizes: catalogue.repeatability_mm2(chosen, sizes), of_place.reshape(-1)
+
+    variances: Callable[[Sizes], Array]
+    own: Array
+    shared: tuple[tuple[Array, Integers], ...]
+
+    @classmethod
+    def of(cls, catalogue: Catalogue, wholes: Sequence[Observed]) -> "_Scatter":
+        """Returns that of all parts: places alike for two sets of sizes that differ in each are alike for all."""
+        places, logarithms = joined([one.places for one in wholes]), catalogue.logarithms(catalogue.medians)
+        other = catalogue.sizes(logarithms + 0.01 * np.arange(1, len(logarithms) + 1))
+        seen = np.array([catalogue.repeatability_mm2(places, sizes) for sizes in (catalogue.medians, other)])
+        _, first, of_place = np.unique(seen, axis=1, return_index=True, return_inverse=True)
+        chosen, own, shared = places.chosen(first), list[Array](), list[tuple[Array, Integers]]()
+        ends = np.cumsum([len(one.places) for one in wholes])
+        for one, which in zip(wholes, np.split(of_place.reshape(-1), ends[:-1]), strict=True):
+            if one.functional is None:
+                own.append(np.eye(len(first))[which])
+                shared.append((np.zeros((len(one), 0)), which[:0]))
+                continue
+            alone = np.count_nonzero(one.functional, axis=0) == 1
+            own.append(one.functional[:, alone] ** 2 @ np.eye(len(first))[which[alone]])
+            shared.append((one.functional[:, ~alone], which[~alone]))
+        return cls(lambda sizes: catalogue.repeatability_mm2(chosen, sizes), np.vstack(own), tuple(shared))
 
 
 def _squared(spread: Callable[[Sizes], Array]) -> Callable[[Sizes], Array]:
