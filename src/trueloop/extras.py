@@ -7,9 +7,10 @@ EXTRA = re.compile(r"""(?P<requirement>[^;]+?)\s*;\s*extra\s*==\s*['"](?P<extra>
 
 
 def install_command(extra: str) -> str:
-    """Returns the command that installs the packages of an extra: "pip install 'plotly>=5.24'".
+    """Returns the command that installs the packages of an extra: `pip install "plotly>=5.24"`.
 
+    In double quotes, which every shell knows: without them, and in single ones on Windows, `>` writes a file.
     It names the packages themselves: trueloop comes from a clone or a wheel, where pip finds no extra of it by name.
     """
     found = (EXTRA.fullmatch(line) for line in requires("trueloop") or ())
-    return " ".join(["pip install", *(f"'{one['requirement']}'" for one in found if one and one["extra"] == extra)])
+    return " ".join(["pip install", *(f'"{one["requirement"]}"' for one in found if one and one["extra"] == extra)])
