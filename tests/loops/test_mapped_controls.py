@@ -708,6 +708,7 @@ O1001<PLATE>
 G21 G90 G17 G94
 G54 G0 X0. Y0.
 G43 H1 Z50.
+G10 L12 P1 R5.
 G65 P9810 X10. Y10. Z5. F3000.
 G65 P9811 Z0. S1
 G0 X5. Y5.
@@ -718,12 +719,13 @@ cut X1 Y2 before
 """
 
 
-def test_touch_macros_and_text_behind_the_tape_stay(tmp_path: Path) -> None:
+def test_touch_macros_tool_data_and_text_behind_the_tape_stay(tmp_path: Path) -> None:
     """After the touches the control has positions of its own: the next move that names all axes is displaced."""
     written = mapped(tmp_path, TOUCHED, SHIFT, "fanuc-mill")[0].splitlines()
-    assert written[4:10] == [
+    assert written[4:11] == [
         "G54 G0 X0.010 Y0.020",
         "G43 H1 Z49.997",
+        "G10 L12 P1 R5.",
         "G65 P9810 X10. Y10. Z5. F3000.",
         "G65 P9811 Z0. S1",
         "G0 X5. Y5.",

@@ -314,6 +314,12 @@ impl Runner<'_> {
         if known && !increments {
             return self.set_data(request);
         }
+        let of_tool = request.get(b'L').filter(|level| (10.0..=13.0).contains(level) && !self.state.modal.diameter);
+        if of_tool.is_some() && request.any(b"P") && request.any(b"R") && !request.any(b"XYZ") {
+            self.note_opaque(request.word(b'L'), "an offset of the tool table is set, which is taken as zero");
+            let third = self.state.modal.plane.axes().2;
+            return self.state.frame.rename([0, 1, 2].map(|axis| axis == third && of_tool < Some(12.0)));
+        }
         let message = "G10: only L2 with P1 to P6 and the words of X, Y and Z is followed".into();
         let hint = "the path is given as if this block were not there";
         self.warn(finding::OPAQUE, self.block_start(), message, hint);
