@@ -53,10 +53,14 @@ def test_an_oversize_bore_lacks_material() -> None:
     assert errors(inspection([bore]))["bore", ErrorKind.RADIUS].value_mm == pytest.approx(-0.010)
 
 
-def test_lengths_that_count_from_each_other_are_each_their_own_error() -> None:
-    found = errors(inspection([length("b", "a", 50.0, 0.010), length("c", "b", 30.0, -0.004)]))
-    first, second = found["b", ErrorKind.LENGTH], found["c", ErrorKind.LENGTH]
-    assert (first.other, second.other) == ("a", "b")
+@pytest.mark.parametrize("z", [None, -10.0, 10.0])
+def test_lengths_that_count_from_each_other_are_each_their_own_error(z: float | None) -> None:
+    """Each from the face nearer to the chuck: z counts into the part, unless diameters were read on its other side."""
+    readings = [length("b", "a", 50.0, 0.010), length("c", "b", 30.0, -0.004), diameter("j", 40.0, z)]
+    found = errors(inspection(readings))
+    names = ("ba", "cb") if z == 10.0 else ("ab", "bc")
+    first, second = (found[feature, ErrorKind.LENGTH] for feature, _ in names)
+    assert (first.other, second.other) == tuple(other for _, other in names)
     assert first.value_mm == pytest.approx(0.010)
     assert first.standard_u_mm == pytest.approx(0.001)
     assert second.value_mm == pytest.approx(-0.004)

@@ -2,17 +2,20 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
+from typing import Final, get_args
 
 import numpy as np
 import pytest
 
-from tests.loops.test_cut_with import FIRST, SECOND, correct
+from tests.loops.test_cut_with import FIRST, PLACES, SECOND, correct
 from tests.support.cli import run
 from tests.support.profiles import polyline
+from trueloop.arrays import Array
 from trueloop.domain.inspection import Touch
+from trueloop.domain.life import Ran
 from trueloop.domain.option import MemoryUse
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.validate import checked_profile
@@ -175,3 +178,87 @@ def test_an_average_keeps_the_uncertainty_of_the_z_reference() -> None:
     assert np.count_nonzero(many) == 40
     assert kept.own_u_mm[many] == pytest.approx(0.003 / np.sqrt(10.0))
     assert kept.standard_u_mm[many] == pytest.approx(np.hypot(0.004, 0.003 / np.sqrt(10.0)))
+
+
+SIZES: Final = (
+    *((f"{name} {-z}", name, "", "diameter", z, size) for name, z, size in PLACES),
+    ("step", "face-1", "face-2", "length", "", 30.0),
+)
+"""Characteristic, feature, from, quantity, z and nominal of what the shop measures."""
+LONG_MM: Final = 0.005
+"""The step is too long on every part: face-1 lies that much nearer to the chuck than it should."""
+
+
+def shop(folder: Path, way: Ran) -> tuple[Array, Array]:
+    """Four parts of a tool that stands 15 µm too far out and wears by 1.5 µm a part, each cut by what the part before
+    it led to, as is stated. Returns the errors of sizes of uncorrected parts (parts, sizes), mm, and by how much each
+    was made smaller, by the number entered or the text run.
+    """
+    free = [[LONG_MM if size[3] == "length" else 2e-3 * (15.0 + 1.5 * part) for size in SIZES] for part in range(1, 5)]
+    less, entered_mm = [np.zeros(len(SIZES))], 0.0
+    for part, own in enumerate(free, 1):
+        by = "contour" if way is Ran.CORRECTED else "offset"
+        correct(folder, part, FIRST, by, f'{force(part)}\ncut_by = "{way}"' if part > 1 else 'cut_with = "given"')
+        keep_readings(folder / f"m{part}.csv", part, np.array(own) - less[-1])
+        job = folder / f"j{part}.toml"
+        job.write_text(job.read_text().replace(f"r{part}.csv", f"m{part}.csv"))
+        done = compensate_and_keep(job, folder / f"o{part}", Keeping(db=str(folder / "m.db")))
+        if way is Ran.CORRECTED:
+            less.append(smaller_by_text((folder / f"o{part}" / "corrected.nc").read_text()))
+            continue
+        offset = done.correction.record.tool_offset
+        assert offset is not None and offset.z_mm == 0.0
+        entered_mm = offset.x_radius_mm + (entered_mm if way is Ran.WEAR else 0.0)
+        less.append(np.array([-2.0 * entered_mm] * len(PLACES) + [0.0]))
+    return np.array(free), np.array(less[:-1])
+
+
+def keep_readings(file: Path, part: int, error_mm: Array) -> None:
+    rows = [",".join(map(str, (*one, round(one[-1] + e, 4)))) for one, e in zip(SIZES, error_mm.tolist(), strict=True)]
+    head = f"# serial: {part}\n# expanded_uncertainty_um: 2\ncharacteristic,feature,from,quantity,z_mm,nominal,value_mm"
+    file.write_text("\n".join([head, *rows]) + "\n")
+
+
+def smaller_by_text(text: str) -> Array:
+    """How much smaller each size is by the words of a program, mm: cylinders from corner to corner, then the step."""
+    x, z, corners = 0.0, 0.0, list[tuple[float, float]]()
+    for line in text[text.index("G42") :].splitlines()[:7]:
+        for axis, word in re.findall(r"([XZ])(-?\d+\.?\d*)", line):
+            x, z = (float(word), z) if axis == "X" else (x, float(word))
+        corners.append((x, z))
+    ends = {"cylinder-2": np.array(corners[2:4]), "cylinder-1": np.array(corners[5:7])}
+    cut = [float(np.interp(-z, -ends[name][:, 1], ends[name][:, 0])) for name, z, _ in PLACES]
+    return np.array([size - one for (*_, size), one in zip(PLACES, cut, strict=True)] + [30.0 + corners[3][1]])
+
+
+@pytest.mark.parametrize("way", [Ran.WEAR, Ran.OFFSETS, Ran.CORRECTED])
+def test_a_diagnosis_takes_out_what_the_shop_entered_or_ran(tmp_path: Path, way: Ran) -> None:
+    """A diagnosis of parts cut with corrections is that of parts that would have been cut without, with a job and
+    without: an offset moves cylinders by as much and no length, a program what its text moved. All of it arrived. What
+    a device is stated to have measured is what it measured.
+    """
+    db, free = str(tmp_path / "m.db"), str(tmp_path / "free.db")
+    for one in (db, free):
+        run("db", "init", one)
+    own, less = shop(tmp_path, way)
+    assert np.all(less[1:, : len(PLACES)] > 0.02)
+    for part, error_mm in enumerate(own, 1):
+        keep_readings(tmp_path / f"free{part}.csv", part, error_mm)
+        run("series", "add", tmp_path / f"free{part}.csv", "--type", "s", "--db", free)
+    job = ("-j", tmp_path / "j4.toml")
+    ways = ((db, ()), (db, job), (free, job))
+    found = [json.loads(run("diagnose", "series", "--db", of, "--json", *more)) for of, more in ways]
+    assert found[0] == found[1] and not found[0]["findings"]
+    assert found[0]["causes"]["gain"] == 1.0
+    likely, uncorrected = (
+        {one["key"]: one["probability"] for one in each["causes"]["candidates"]} for each in found[1:]
+    )
+    keys = {*likely, *uncorrected}
+    assert [likely.get(key, 0.0) for key in keys] == pytest.approx([uncorrected.get(key, 0.0) for key in keys], abs=0.1)
+    assert likely.get("tool-loose", 0.0) < 0.05
+    said = found[1]["causes"]["candidates"][0]["supports"][0]
+    stated = re.search(r"(cylinder-\d): .* finds (\S+) µm \((\S+) µm with what corrections took off\) on", said)
+    assert stated is not None
+    rows = [k for k, one in enumerate(SIZES) if one[1] == stated[1]]
+    radial_um = [500.0 * float(np.mean(of[:, rows])) for of in (own - less, own)]
+    assert [float(one.replace("−", "-")) for one in stated.groups()[1:]] == pytest.approx(radial_um, abs=0.5)

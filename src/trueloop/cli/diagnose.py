@@ -40,7 +40,10 @@ class Of:
         None
     )
     job: Annotated[
-        Path | None, option("The job with the part's profile.  [default: features by their names]", "--job", "-j")
+        Path | None,
+        option(
+            "The job with the part's profile.  [default: the last correction's, else features by names]", "--job", "-j"
+        ),
     ] = None
     model: Annotated[
         Path | None,

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
 
+from trueloop.arrays import Array
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError, FeaturePlace, SeenPoints
 from trueloop.errors import Finding
 
@@ -27,7 +28,8 @@ class SeenPart:
     `points` and the `errors` of features from them, by who saw them. `setting` counts settings of each tool by its
     name: it rises where the tool was set anew. `minutes_in_cut` of each tool's edge, `depth_of_cut_mm` on the radius by
     feature; what is not known is missing. `temperatures` are those while it was cut. `correction_mm` is what
-    corrections in force took off a feature's error, by (feature, kind), as recorded. `standard`: a calibrated part, on
+    corrections of sizes took off a feature's error, by (feature, kind), as recorded; `taken_off_mm` what the program
+    that ran took off at the points of each device, (n,). `standard`: a calibrated part, on
     which nothing was cut; its errors are actual less calibrated.
     """
 
@@ -42,6 +44,7 @@ class SeenPart:
     temperatures: Mapping[str, float] = field(default_factory=dict)
     correction_mm: Mapping[tuple[str, str], float] = field(default_factory=dict)
     standard: bool = False
+    taken_off_mm: Mapping[SeenBy, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

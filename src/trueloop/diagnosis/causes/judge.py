@@ -30,15 +30,41 @@ OPEN, SETTLED = 0.02, 0.98
 
 
 @dataclass(frozen=True)
-class CauseEvidence:
-    """The feature on which a cause shows most: its mean error as each device saw it, over how many parts.
+class Mean:
+    """The mean error of the points of a feature as one device measured it, over how many parts, and the mean of what
+    corrections took off there.
+    """
 
-    Means are of the points there, as they had been without correction. `by_part_mm` is what the cause leaves on each
+    measured_mm: float
+    taken_off_mm: float
+    parts: int
+
+    @property
+    def uncorrected_mm(self) -> float:
+        """Returns the mean error had nothing been corrected."""
+        return self.measured_mm + self.taken_off_mm
+
+    @property
+    def words(self) -> object:
+        """Returns the measured mean and, where something was corrected, the mean with what that took off."""
+        measured, uncorrected = Um(self.measured_mm), Um(self.uncorrected_mm)
+        if str(measured) == str(uncorrected):
+            return measured
+        return wording(
+            "{measured} ({uncorrected} with what corrections took off)", measured=measured, uncorrected=uncorrected
+        )
+
+
+@dataclass(frozen=True)
+class CauseEvidence:
+    """The feature on which a cause shows most: its mean error as each device saw it.
+
+    `by_part_mm` is what the cause leaves on each
     part that was cut, `minutes` the longest time in cut there; `first_serial` is the first part on which it acts.
     """
 
     feature: str
-    mean_mm: Mapping[SeenBy, tuple[float, int]]
+    means: Mapping[SeenBy, Mean]
     by_part_mm: Mapping[int, float]
     minutes: float
     first_serial: str
@@ -62,7 +88,8 @@ def shown(way: Way, errors: SurfaceErrors, series: SeenSeries, size: Size) -> Ca
         some = np.flatnonzero(rows & np.array([label[2] == seen_by.value for label in labels]))
         if len(some):
             parts = len({labels[k][3] for k in some})
-            means[seen_by] = (float(np.mean(errors.value_mm[some] + errors.corrected_mm[some])), parts)
+            measured, taken_off = (float(np.mean(of[some])) for of in (errors.value_mm, errors.corrected_mm))
+            means[seen_by] = Mean(measured, taken_off, parts)
     at_place = [k for k, label in enumerate(labels) if label[1] == place and cut[k] and effect[k]]
     by_part = {labels[k][3]: float(effect[k]) for k in at_place}
     minutes = float(errors.places.number("minutes")[at_place].max(initial=0.0))
@@ -124,9 +151,9 @@ _MISSING: Final = {
 
 def _agrees(way: Way, evidence: CauseEvidence) -> bool:
     """Returns whether the device that sees most of it is the expected one."""
-    if len(evidence.mean_mm) < 2 or way.over is Over.SCATTER:
+    if len(evidence.means) < 2 or way.over is Over.SCATTER:
         return True
-    (machine, _), (cmm, _) = evidence.mean_mm[SeenBy.MACHINE], evidence.mean_mm[SeenBy.CMM]
+    machine, cmm = (evidence.means[by].uncorrected_mm for by in (SeenBy.MACHINE, SeenBy.CMM))
     alike = abs(machine - cmm) < 0.5 * max(abs(machine), abs(cmm))
     if len(way.seen_by) == 2:
         return alike
@@ -134,21 +161,21 @@ def _agrees(way: Way, evidence: CauseEvidence) -> bool:
 
 
 def _by_device(evidence: CauseEvidence) -> Wording:
-    if len(evidence.mean_mm) == 2:
-        (machine, parts), (cmm, _) = evidence.mean_mm[SeenBy.MACHINE], evidence.mean_mm[SeenBy.CMM]
+    if len(evidence.means) == 2:
+        machine, cmm = (evidence.means[by] for by in (SeenBy.MACHINE, SeenBy.CMM))
         return wording(
             "{feature}: the machine's probe finds {machine}, the CMM or gauge {cmm}, on average of {parts} parts.",
-            feature=evidence.feature, machine=Um(machine), cmm=Um(cmm), parts=parts,
+            feature=evidence.feature, machine=machine.words, cmm=cmm.words, parts=machine.parts,
         )  # fmt: skip
-    ((seen_by, (mean, parts)),) = evidence.mean_mm.items()
+    ((seen_by, mean),) = evidence.means.items()
     if seen_by is SeenBy.MACHINE:
         return wording(
             "{feature}: the machine's probe finds {mean} on average of {parts} parts; no CMM or gauge has measured it.",
-            feature=evidence.feature, mean=Um(mean), parts=parts,
+            feature=evidence.feature, mean=mean.words, parts=mean.parts,
         )  # fmt: skip
     return wording(
         "{feature}: the CMM or gauge finds {mean} on average of {parts} parts; the machine has not probed it.",
-        feature=evidence.feature, mean=Um(mean), parts=parts,
+        feature=evidence.feature, mean=mean.words, parts=mean.parts,
     )  # fmt: skip
 
 

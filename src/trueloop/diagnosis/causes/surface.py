@@ -129,7 +129,9 @@ def _of_points(
     }
     for name in signals:
         columns[name] = np.full(n, part.temperatures.get(name, REFERENCE_C) - REFERENCE_C)
-    taken = np.zeros(n) if part.standard else _corrected(part, points, columns["share"], series.features)
+    taken = np.zeros(n)
+    if not part.standard:
+        taken = _corrected(part, points, columns["share"], series.features) + part.taken_off_mm.get(seen_by, 0.0)
     return Places(columns), points.error_mm, np.hypot(points.standard_u_mm, FLOOR_MM), taken
 
 

@@ -7,7 +7,6 @@ from typing import TypeVar
 
 from trueloop.diagnosis.features.feature_error import FeaturePlace
 from trueloop.domain.part import Part
-from trueloop.domain.record import Correction
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.diagnose.both import given_model
@@ -20,7 +19,7 @@ from trueloop.loops.diagnosis.points_of import places_of
 from trueloop.loops.turned import correction as turned
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
 from trueloop.report.diagnosis.values import part_shape, series_shape
-from trueloop.storage.store import Store, find
+from trueloop.storage.store import Store
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ def sources_of(store: Store, options: DiagnosisOptions, part_type: str | None) -
     """Collects the records of a part type, where its features lie, and the model. Raises DIA-NONE."""
     records = read_records(store, part_type)
     model = None if options.model is None else given_model(options.model)
-    return Sources(store, records, _places(store, records, options.job), model, options.accept)
+    return Sources(store, records, _places(records, options.job), model, options.accept)
 
 
 def _profile(job: Path, part_type: str) -> Profile:
@@ -47,20 +46,14 @@ def _profile(job: Path, part_type: str) -> Profile:
     return next((one.own.profile for one in shares if one.files.job.part.name == part_type), None) or files.profile()
 
 
-def _corrected_profile(store: Store, part_type: str) -> Profile | None:
-    """Returns the profile of the last correction of a type; None without any."""
-    made = (kept.value.payload for kept in reversed(find(store, Correction, part_type=part_type)))
-    return next((one.profile for one in made if isinstance(one, turned.Correction)), None)
-
-
-def _places(store: Store, records: Records, job: Path | None) -> Mapping[str, FeaturePlace]:
-    """Returns the features of the job's profile, or of those that values imply, by their nominal values; where readings
-    have none, of the profile that they were corrected by.
+def _places(records: Records, job: Path | None) -> Mapping[str, FeaturePlace]:
+    """Returns the features of the job's profile, without a job of that of the last correction, without either those
+    that values imply, by their nominal values.
     """
     seen = [kept.value for kept in records.inspections if records.seen_by(kept.value) is not None]
-    profile = None if job is None else _profile(job, records.part_type)
-    if profile is None and any(reading.nominal is None for one in seen for reading in one.readings):
-        profile = _corrected_profile(store, records.part_type)
+    made = (one.payload for one in reversed(tuple(records.corrections.values())))
+    corrected = next((one.profile for one in made if isinstance(one, turned.Correction)), None)
+    profile = corrected if job is None else _profile(job, records.part_type)
     places, tools = places_of(seen, profile), records.tools
     return {name: replace(place, tool=tools[0]) for name, place in places.items()} if len(tools) == 1 else places
 

@@ -99,8 +99,6 @@ def read_records(store: Store, part_type: str | None) -> Records:
     cuts = [one.value for one in find(store, Cut, part_type=name)]
     standards = [one.value for one in find(store, StandardPart, part_type=name)]
     inspections = tuple(one for one in find(store, Inspection, part_type=name) if one.value.values)
-    named = {cut.correction for cut in cuts if cut.correction}
-    corrections = [one.value for one in find(store, Correction, part_type=name)] if named else []
     return Records(
         part_type=name,
         inspections=inspections,
@@ -110,7 +108,7 @@ def read_records(store: Store, part_type: str | None) -> Records:
         quarantined=quarantined_cuts(store) if cuts else frozenset(),
         both=tuple(one.value for one in find(store, BothInspections, part_type=name)),
         standards={one.part.identity: one for one in standards},
-        corrections={one.record.id: one for one in corrections},
+        corrections={one.value.record.id: one.value for one in find(store, Correction, part_type=name)},
     )
 
 

@@ -1,9 +1,8 @@
 """The parts of a type as a diagnosis of causes takes them, recomputed from records of a store."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection
 from trueloop.domain.life import Cut, EdgeEvent, Identity, Ran
 from trueloop.domain.part import Part
-from trueloop.domain.record import Correction
 from trueloop.errors import Code, Finding, Severity
 from trueloop.factory.book import read_book
 from trueloop.jobs.diagnose.both import GivenModel, both_seen
@@ -21,6 +19,7 @@ from trueloop.jobs.diagnose.records import Records, tool_of
 from trueloop.loops.diagnosis.part import InspectedPart
 from trueloop.loops.post_process.series import SeriesOptions, When, identity_of, parts_in_order, sizes_of
 from trueloop.loops.turned import correction as turned
+from trueloop.loops.turned.taken_off import program_that_ran
 from trueloop.storage.store import Store, find
 
 KINDS = {
@@ -31,54 +30,38 @@ KINDS = {
 """Which error of a feature a size is, and how much of the size it is."""
 
 
-@dataclass(frozen=True)
-class Corrections:
-    """By part: what accepted proposals took off each series of sizes; and corrections of programs by their id."""
+def proposals_in_force(store: Store, records: Records) -> Mapping[Identity, Mapping[Identity, float]]:
+    """Returns by part how much accepted proposals took off each series of sizes."""
+    sized = any(any(sizes_of(one.value)) for one in records.inspections)
+    parts = read_book(store, records.part_type, SeriesOptions()).parts if sized else ()
+    return {one.inspection.part.identity: one.correction_mm for one in parts}
 
-    by_proposals: Mapping[Identity, Mapping[Identity, float]]
-    by_program: Mapping[str, Correction[Any]]
 
-    @classmethod
-    def read(cls, store: Store, records: Records) -> "Corrections":
-        """Reads all corrections of a part type."""
-        sized = any(any(sizes_of(one.value)) for one in records.inspections)
-        parts = read_book(store, records.part_type, SeriesOptions()).parts if sized else ()
-        return cls({one.inspection.part.identity: one.correction_mm for one in parts}, records.corrections)
+def of_proposals(
+    by_series: Mapping[Identity, float], inspections: Collection[Inspection]
+) -> dict[tuple[str, str], float]:
+    """Returns how much was taken off readings, by feature and kind of error: of a diameter twice that of the radius; 0
+    and missing are the same.
+    """
+    taken: dict[tuple[str, str], float] = {}
+    done: set[Identity] = set()
+    for one in inspections:
+        for asked, _ in sizes_of(one):
+            series = identity_of(one.part.part_type, asked)
+            if series in by_series and series not in done and asked.quantity in KINDS:
+                done.add(series)
+                kind, share = KINDS[asked.quantity]
+                key = (asked.feature or asked.name, str(kind))
+                taken[key] = taken.get(key, 0.0) + share * by_series[series]
+    return taken
 
-    def of(self, part: Part, cut: Cut | None, inspections: Mapping[SeenBy, Inspection]) -> dict[tuple[str, str], float]:
-        """Returns what was taken off, by feature and kind of error; 0 and missing are the same."""
-        taken: dict[tuple[str, str], float] = {}
-        for name, kind, size_mm in (*self._proposed(part, inspections), *self._programmed(cut)):
-            taken[(name, str(kind))] = taken.get((name, str(kind)), 0.0) + size_mm
-        return taken
 
-    def _proposed(self, part: Part, inspections: Mapping[SeenBy, Inspection]) -> Iterator[tuple[str, ErrorKind, float]]:
-        """Returns the corrections of readings: a diameter's is twice that of the radius."""
-        by_series = self.by_proposals.get(part.identity, {})
-        done: set[Identity] = set()
-        for one in inspections.values():
-            for asked, _ in sizes_of(one):
-                series = identity_of(one.part.part_type, asked)
-                if series in by_series and series not in done and asked.quantity in KINDS:
-                    done.add(series)
-                    kind, share = KINDS[asked.quantity]
-                    yield asked.feature or asked.name, kind, share * by_series[series]
-
-    def _programmed(self, cut: Cut | None) -> Iterator[tuple[str, ErrorKind, float]]:
-        """Returns what a corrected program or its tool offset takes off each feature, by the feature's touches."""
-        correction = None if cut is None else self.by_program.get(cut.correction)
-        payload = None if correction is None else correction.payload
-        if cut is None or not isinstance(payload, turned.Correction):
-            return
-        given = payload.programs_sha256.get(Ran.AS_PROGRAMMED) == cut.program_sha256
-        if given and not cut.offset_entered and not payload.runs_as_given:
-            return
-        taken_mm = payload.prediction.before_mm - payload.commanded_mm - payload.prediction.after_mm
-        for k, feature in enumerate(payload.profile.features):
-            rows = payload.touches.of_feature(k)
-            if len(rows):
-                before_mm = payload.in_force_mm(k, payload.touches.arc_length_mm[rows])
-                yield feature.name, ErrorKind.RADIUS, float(np.mean(taken_mm[rows] - before_mm))
+def _carried_out(records: Records, cut: Cut | None) -> tuple[turned.Correction, Ran] | None:
+    """Returns the correction that a cut was made with, and by which of its ways. Raises STO-PROGRAM."""
+    kept = None if cut is None else records.corrections.get(cut.correction)
+    if cut is None or kept is None or not isinstance(kept.payload, turned.Correction):
+        return None
+    return kept.payload, program_that_ran(kept.payload, cut)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,11 +84,11 @@ def parts_of(of: Sources, serials: Collection[str] = ()) -> tuple[list[Inspected
     order, doubts = parts_in_order([_when(records, part) for part in parts])
     findings = list(doubts)
     settings = _Settings(of.store, list(records.cuts.values()))
-    corrections = Corrections.read(of.store, records)
+    proposals = proposals_in_force(of.store, records)
     found = []
     for number, part in enumerate(parts[k] for k in order):
         findings += _clocks(records, part, of.accept)
-        found.append(_inspected(of, part, number, settings, corrections))
+        found.append(_inspected(of, part, number, settings, proposals.get(part.identity, {})))
     if records.out:
         left = ", ".join(sorted(identity[-1] for identity in records.out)[:5])
         message = f"{len(records.out)} parts are in quarantine and left out: {left}"
@@ -114,7 +97,9 @@ def parts_of(of: Sources, serials: Collection[str] = ()) -> tuple[list[Inspected
     return [one for one in found if not serials or one.part.serial in serials], findings
 
 
-def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corrections: Corrections) -> InspectedPart:
+def _inspected(
+    of: Sources, part: Part, number: int, settings: "_Settings", proposals: Mapping[Identity, float]
+) -> InspectedPart:
     records = of.records
     cut, seen = records.cuts.get(part.identity), dict(records.of_part(part))
     both = next((one for one in reversed(records.both) if one.part.identity == part.identity), None)
@@ -143,10 +128,11 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
         minutes_in_cut=settings.minutes(cut, tool),
         depth_of_cut_mm={} if depth is None else dict.fromkeys(own, depth),
         temperatures=dict(temperatures),
-        correction_mm=corrections.of(part, cut, seen),
+        correction_mm=of_proposals(proposals, seen.values()),
         standard=part.identity in records.standards,
     )
-    return InspectedPart(part, made, seen, records.standards.get(part.identity), taken)
+    carried_out = _carried_out(records, cut)
+    return InspectedPart(part, made, seen, records.standards.get(part.identity), taken, carried_out)
 
 
 def _displaced(point: CmmPoint, error_mm: float) -> CmmPoint:

@@ -20,7 +20,7 @@ from trueloop.jobs.user import user_name
 from trueloop.loops.monitor.certificate import Certificate, InForce, PartInspection, RequiredSize, asked_of, certified
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.in_force import cut_with
-from trueloop.loops.turned.made_parts import program_that_ran
+from trueloop.loops.turned.taken_off import program_that_ran
 from trueloop.report.monitor.certificate import CertificateShape, certificate_page, certificate_shape
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store, find

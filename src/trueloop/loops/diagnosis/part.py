@@ -14,10 +14,12 @@ from trueloop.diagnosis.features.errors_of import errors_of, undetermined
 from trueloop.diagnosis.features.feature_error import FeaturePlace, SeenPoints
 from trueloop.diagnosis.features.fixturing import FEWEST, Fixturing, fixturing, unstable
 from trueloop.domain.inspection import Inspection, Reading, StandardPart
+from trueloop.domain.life import Ran
 from trueloop.domain.part import Part
 from trueloop.errors import Code, Finding, Severity
 from trueloop.loops.diagnosis.left_on_parts import BothSeen
-from trueloop.loops.diagnosis.points_of import points_of
+from trueloop.loops.diagnosis.points_of import points_of, taken_off_mm
+from trueloop.loops.turned.correction import Correction
 from trueloop.machine.model.model import MachineModel
 
 OVERRIDE: Final = "--accept DIA-UNSTABLE"
@@ -70,7 +72,8 @@ class InspectedPart:
     """One part: how it was made, without errors; the readings of each kind of device; its calibration if it is
     standard.
 
-    `both` is there where both devices saw the same points and the model of the machine is known.
+    `both` is there where both devices saw the same points and the model of the machine is known. `cut_with`: the
+    correction that it was cut with, and by which of its ways; None: none.
     """
 
     part: Part
@@ -78,6 +81,7 @@ class InspectedPart:
     seen: Mapping[SeenBy, Inspection]
     standard: StandardPart | None = None
     both: BothSeen | None = None
+    cut_with: tuple[Correction, Ran] | None = None
 
     def points(self, places: Mapping[str, FeaturePlace]) -> dict[SeenBy, SeenPoints]:
         """Returns points by the device that measured them; of a standard part errors are actual less calibrated."""
@@ -88,7 +92,9 @@ class InspectedPart:
         """Returns the part as a diagnosis of causes takes it."""
         points = self.points(places)
         errors = {by: errors_of(some, places) for by, some in points.items()}
-        return replace(self.made, errors=errors, points=points)
+        cut = self.cut_with
+        taken = {} if cut is None else {by: taken_off_mm(some, *cut) for by, some in points.items()}
+        return replace(self.made, errors=errors, points=points, taken_off_mm=taken)
 
 
 def against_calibrated(inspection: Inspection, standard: StandardPart | None) -> Inspection:

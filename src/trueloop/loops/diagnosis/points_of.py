@@ -13,13 +13,16 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.features.feature_error import FeaturePlace, SeenPoints
+from trueloop.diagnosis.features.feature_error import EXACT_MM, FeaturePlace, SeenPoints
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
+from trueloop.domain.life import Ran
 from trueloop.geometry.feature import Feature, Line, is_curved
 from trueloop.geometry.profile import Junction, JunctionKind, Profile
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.taken_off import moved_mm
 from trueloop.turned.readings.match import match_inspection
-from trueloop.turned.readings.matches import Axis, MatchedReading, Matches
+from trueloop.turned.readings.matches import Axis, MatchedReading, Matches, feature_named
 from trueloop.turned.readings.observed import corrected
 from trueloop.turned.readings.points import AXES
 from trueloop.turned.readings.sizes import is_cylinder, is_face
@@ -95,20 +98,20 @@ def _name(reading: Reading) -> str:
 
 
 def _faces(lengths: Sequence[Reading], known_mm: Mapping[str, float]) -> dict[str, float]:
-    """Returns z of the faces between which lengths are read, each away from the chuck of where it counts from, the
-    first zero.
+    """Returns z of the faces between which lengths are read, the first zero: z counts from it into the part, towards
+    the chuck, as in a job, or away from it where what is stated of other places lies there.
 
-    `known_mm` are places of features that were touched.
+    `known_mm` are places of other features.
     """
-    z = {"": 0.0, **known_mm}
+    z, into = {"": 0.0, **known_mm}, 1.0 if sum(known_mm.values()) > 0.0 else -1.0
     waiting = [one for one in lengths if one.nominal is not None]
     while waiting:
         tied = next((one for one in waiting if one.other in z or _name(one) in z), waiting[0])
         waiting.remove(tied)
         assert tied.nominal is not None  # those without one were left out
         if tied.other not in z:
-            z[tied.other] = z[_name(tied)] - tied.nominal if _name(tied) in z else 0.0
-        z.setdefault(_name(tied), z[tied.other] + tied.nominal)
+            z[tied.other] = z[_name(tied)] - into * tied.nominal if _name(tied) in z else 0.0
+        z.setdefault(_name(tied), z[tied.other] + into * tied.nominal)
     return {name: at for name, at in z.items() if name not in ("", *known_mm)}
 
 
@@ -259,6 +262,20 @@ def _read(profile: Profile, readings: Sequence[MatchedReading], gauging: Gauging
             error_mm, u_mm = float(vectors.error_mm[k]), float(vectors.standard_u_mm[k])
             nominal, normal = vectors.nominal_mm[k], vectors.outward_normal[k]
             yield _Row(profile.names[index], nominal, normal, error_mm, u_mm, repeat=repeat)
+
+
+def taken_off_mm(points: SeenPoints, correction: Correction, ran: Ran) -> Array:
+    """Returns how much a correction took off at points, (n,), counted as their errors are: along z from the face that
+    is zero by definition, where there is one. 0 on features that its profile does not have.
+    """
+    profile, moved = correction.profile, np.zeros(len(points.feature))
+    index = np.array([-1 if k is None else k for k in (feature_named(profile, one) for one in points.feature)])
+    own = np.flatnonzero(index >= 0)
+    along = [float(profile.features[index[k]].locate(points.nominal_mm[k])[0]) for k in own.tolist()]
+    moved[own] = moved_mm(correction, ran, index[own], np.array(along))
+    for datum in np.flatnonzero(points.standard_u_mm <= EXACT_MM)[:1]:
+        moved -= points.normal[:, 1] / points.normal[datum, 1] * moved[datum]
+    return 0.0 - moved
 
 
 def _points(rows: Sequence[_Row]) -> SeenPoints:

@@ -10,8 +10,8 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.life import Cut
 from trueloop.loops.turned.correction import Correction
-from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.loops.turned.paths import Shifts
+from trueloop.loops.turned.taken_off import program_that_ran
 from trueloop.statistics import rms
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.prediction import Prediction, predict

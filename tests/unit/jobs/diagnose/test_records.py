@@ -10,7 +10,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.life import InspectionLink, Stage
 from trueloop.jobs.diagnose.records import read_records
-from trueloop.jobs.diagnose.seen_series import Corrections
+from trueloop.jobs.diagnose.seen_series import of_proposals
 from trueloop.loops.post_process.series import identity_of, sizes_of
 from trueloop.storage.store import keep, open_store
 
@@ -42,5 +42,5 @@ def test_a_diameters_correction_is_twice_that_of_the_radius(quantity: Quantity, 
     seen = Inspection(part(), "readings", "4" * 64, 1, (value,))
     ((asked, _),) = sizes_of(seen)
     series = identity_of(part().part_type, asked)
-    found = Corrections({part().identity: {series: 0.010}}, {}).of(part(), None, {SeenBy.CMM: seen})
+    found = of_proposals({series: 0.010}, [seen])
     assert found == {("journal", "radius"): pytest.approx(share * 0.010)}
