@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
+from tests.loops.test_cut_with import FIRST, SECOND, correct
 from tests.support.series import MADE, followed, inspection, reading, seen
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection
@@ -15,12 +16,12 @@ from trueloop.domain.part import PartType
 from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.factory.book import Book, inspected_again
-from trueloop.jobs.series import Adding, add_files, proposal_named, tools_of_job
+from trueloop.jobs.series import Adding, add_files, proposal_named, propose, tools_of_job
 from trueloop.loops.post_process.decide import OVERRIDES, decide, few_findings, usable
 from trueloop.loops.post_process.propose import ProposalContext, proposals_of, tool_proposals
 from trueloop.loops.post_process.series import PartSeen, SeriesOptions, When, parts_in_order, series_of
 from trueloop.loops.post_process.tracked import TrackedSeries
-from trueloop.storage.store import Store, open_store
+from trueloop.storage.store import Store, find, open_store
 
 MADE_BY = ProposalContext("me", MADE)
 LEVEL = (26.0, 29.0, 28.0)
@@ -76,6 +77,18 @@ def _elsewhere() -> object:
     return tool_proposals(book.tracked, tools_of_job(SHAFT_JOB, book), SeriesOptions(), MADE_BY)
 
 
+def _corrected() -> object:
+    """Proposes for the second of two finished parts, which the correction of the first one cut."""
+    with TemporaryDirectory() as folder:
+        db = str(Path(folder) / "m.db")
+        store = open_store(f"sqlite:///{db}", create=True)
+        for part, readings in enumerate((FIRST, SECOND), 1):
+            cut_with = f'cut_with = "o{part - 1}/record.json"' if part > 1 else ""
+            correct(Path(folder), part, readings, "contour", cut_with, db=db)
+        sizes = [PartSeen(one.value) for one in find(store, Inspection)]
+        return propose(store, Book("s", tuple(sizes), (), (), (), ()), SeriesOptions())
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SER_PART: lambda: _added(
         "part name,characteristic,quantity,unit,nominal,actual\nSHAFT,journal,diameter,mm,24,24.01\n"
@@ -91,6 +104,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SER_UNKNOWN: lambda: _findings(inspection("1", {"journal": 1.0}), inspection("2", {"journl": 1.0})),
     Code.SER_FEW: lambda: list(few_findings(series_of(seen(26.0, 29.0)))),
     Code.SER_TOOL: _elsewhere,
+    Code.SER_CORRECTED: _corrected,
     Code.SER_PROPOSAL: lambda: proposal_named(_store(), "ab12"),
     Code.SER_DECIDED: lambda: _decide(followed(*LEVEL), earlier=[ProposalDecision("", "accepted", "K. Roth", MADE)]),
     Code.SER_SUPERSEDED: lambda: _decide(followed(*LEVEL, 27.0), of=followed(*LEVEL)),

@@ -144,6 +144,11 @@ def test_readings_without_a_nominal_value_are_diagnosed_on_the_profile_that_they
     said = run("diagnose", "part", "1", "--db", db)
     assert "CMM or gauge" in said and "probe" not in said
     assert "cylinder-2, radius: +25.0" in said and "cylinder-1, radius: +25.0" in said
+    # A later inspection of one diameter: the other keeps its reading.
+    (tmp_path / "again.csv").write_text("feature,z_mm,diameter_mm\ncylinder-2,-5,30.060\n")
+    run("measure", "read", tmp_path / "again.csv", "--job", tmp_path / "j1.toml", "--after", "released", "--db", db)
+    said = run("diagnose", "part", "1", "--db", db)
+    assert "cylinder-2, radius: +30.0" in said and "cylinder-1, radius: +25.0" in said
 
 
 @pytest.mark.parametrize("stored", [False, True])

@@ -8,10 +8,11 @@ from typing import Literal
 
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.life import Identity
+from trueloop.domain.life import Cut, Identity
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.domain.part import Part
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, ProposalDecision
+from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.factory.book import Book, read_book
 from trueloop.formats.inspections.known import read_measured_file
@@ -343,11 +344,33 @@ class SeriesProposals:
     not_accepted: tuple[str, ...] = ()
 
 
+def _require_uncorrected(store: Store, book: Book) -> None:
+    """Refuses parts that were cut with a correction made from finished parts: what it took off is in no proposal, and
+    the next correction goes on with it.
+    """
+    of_finished = {
+        one.value.record.id
+        for one in find(store, StoredCorrection, part_type=book.part_type, whole=False)
+        if one.value.record.cut_with is not None
+    }
+    cuts = find(store, Cut, part_type=book.part_type) if of_finished else []
+    made = {one.value.part.serial: one.value.correction for one in cuts if one.value.correction in of_finished}
+    serial = next((serial for of in book.parts if (serial := of.inspection.part.serial) in made), None)
+    if serial is not None:
+        raise Code.SER_CORRECTED.refusal(
+            f"part {serial!r} was cut with correction {made[serial]}, which `trueloop compensate` made from a finished "
+            "part: a proposal would count it as cut without a correction",
+            hint="`trueloop compensate` with the job of the latest part corrects the next one by the whole series",
+            values={"part": serial, "correction": made[serial]},
+        )
+
+
 def propose(store: Store, book: Book, options: SeriesOptions, job: Path | None = None) -> SeriesProposals:
     """Keeps what the series propose for the next part; classes switched to automatic are accepted at once.
 
-    With a job the offsets are those of its tools. Raises JOB, NC and SER-TOOL errors.
+    With a job the offsets are those of its tools. Raises JOB, NC, SER-CORRECTED and SER-TOOL errors.
     """
+    _require_uncorrected(store, book)
     made = ProposalContext(user_name(), datetime.now(UTC))
     found = list(proposals_of(book.tracked, options, made))
     if job is not None:

@@ -5,7 +5,7 @@ Standard parts: calibrated values from an inspection file, kept.
 
 import difflib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
@@ -72,17 +72,41 @@ class Records:
         return SeenBy.MACHINE if inspection.measured == "touches" else SeenBy.CMM
 
     def of_part(self, part: Part) -> Mapping[SeenBy, Inspection]:
-        """Returns the latest inspection of a finished part by each kind of device."""
+        """Returns the latest inspection of a finished part by each kind of device, with the values of earlier ones on
+        features that it did not measure.
+        """
         found: dict[SeenBy, Inspection] = {}
         for one in (kept.value for kept in self.inspections):
             by = self.seen_by(one) if one.part.identity == part.identity else None
             if by is not None:
-                found[by] = one
+                found[by] = _completed(one, found[by]) if by in found else one
         return found
 
     def kept_at(self, part: Part) -> int:
         """Returns the place of its first inspection among those kept."""
         return next(k for k, kept in enumerate(self.inspections) if kept.value.part.identity == part.identity)
+
+
+def _completed(latest: Inspection, earlier: Inspection) -> Inspection:
+    """Returns an inspection with the values of an earlier one on features that it did not measure; touches of a probe
+    are not joined with other values.
+    """
+    measured = {_place_of(one) for one in latest.values}
+    missed = tuple(one for one in earlier.values if (at := _place_of(one)) and at not in measured)
+    if not missed or bool(latest.touches) != bool(earlier.touches):
+        return latest
+    alike = latest.measured == earlier.measured
+    return replace(
+        latest,
+        values=(*latest.values, *missed),
+        count=len(latest.values) + len(missed),
+        measured=latest.measured if alike else "readings and CMM points",
+    )
+
+
+def _place_of(value: object) -> str:
+    """Returns the feature of a value, or its characteristic; "" where neither is known."""
+    return getattr(value, "feature", None) or getattr(value, "characteristic", "")
 
 
 def tool_of(cut: Cut) -> str:
