@@ -40,20 +40,20 @@ export function leadsTo(page: Entry, place: string): boolean {
 }
 
 const Today = lazy(() => import("../pages/Today"));
-const Orders = lazy(() => import("../pages/Orders"));
+const Orders = lazy(() => import("../pages/OrderPage").then(({ Orders }) => ({ default: Orders })));
 const Plan = lazy(() => import("../pages/Plan"));
 const OrderPage = lazy(() => import("../pages/OrderPage"));
-const Parts = lazy(() => import("../pages/Parts"));
+const Parts = lazy(() => import("../pages/PartLife").then(({ Parts }) => ({ default: Parts })));
 const PartLife = lazy(() => import("../pages/PartLife"));
 const Proposals = lazy(() => import("../pages/Proposals"));
 const Certificates = lazy(() => import("../pages/Certificates"));
 const Alarms = lazy(() => import("../pages/Alarms"));
 const Settings = lazy(() => import("../pages/Settings"));
-const Series = lazy(() => import("../pages/Series"));
+const Series = lazy(() => import("../pages/SeriesPage").then(({ Series }) => ({ default: Series })));
 const SeriesPage = lazy(() => import("../pages/SeriesPage"));
-const Tools = lazy(() => import("../pages/Tools"));
+const Tools = lazy(() => import("../pages/ToolPage").then(({ Tools }) => ({ default: Tools })));
 const ToolPage = lazy(() => import("../pages/ToolPage"));
-const Machines = lazy(() => import("../pages/Machines"));
+const Machines = lazy(() => import("../pages/MachinePage").then(({ Machines }) => ({ default: Machines })));
 const MachinePage = lazy(() => import("../pages/MachinePage"));
 const Charts = lazy(() => import("../pages/Charts"));
 const Diagnosis = lazy(() => import("../pages/Diagnosis"));

@@ -9,7 +9,7 @@ import { number } from "../show/format";
 import { useLengths, useReader } from "../show/lengths";
 import { Head, Rows, Section, Shown, To } from "../show/parts";
 import { useName, useText } from "../text/text";
-import { seriesAt } from "./Series";
+import { seriesAt } from "./SeriesPage";
 
 type Charts = Shape<"ChartsShape">;
 type Charted = Shape<"CharacteristicChartShape">;

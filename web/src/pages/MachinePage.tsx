@@ -5,6 +5,7 @@ import { piece, type Shape } from "../api/client";
 import { hash, number } from "../show/format";
 import { Age, Head, Outcome, Rows, Section, Shown, State, To } from "../show/parts";
 import { useName, useText } from "../text/text";
+import { Machines as MachineRows } from "./Today";
 import { Calibrations } from "./machine/Calibrations";
 import { Corrector } from "./machine/Corrector";
 import { Temperatures } from "./machine/Temperatures";
@@ -87,5 +88,19 @@ function Transfers({ machine }: { machine: View }) {
         ],
       }))}
     />
+  );
+}
+
+/** All machines as last heard; each leads to its own page. */
+export function Machines() {
+  const text = useText();
+  const found = useShown<{ items: Shape<"MachineNow">[] }>("machines", EVERY_S);
+  return (
+    <>
+      <Head title={text("page.machines")} />
+      <Section title={text("page.machines")}>
+        <Shown found={found}>{({ items }) => <MachineRows machines={items} />}</Shown>
+      </Section>
+    </>
   );
 }
