@@ -22,6 +22,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.store.opened import Choice, Keeping
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
 from trueloop.loops.turned.finished_parts import _used
+from trueloop.loops.turned.taken_off import taken_off_sizes_mm
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
@@ -210,11 +211,13 @@ def shop(folder: Path, way: Ran) -> tuple[Array, Array]:
         done = compensate_and_keep(job, folder / f"o{part}", Keeping(db=str(folder / "m.db")))
         if way is Ran.CORRECTED:
             less.append(smaller_by_text((folder / f"o{part}" / "corrected.nc").read_text()))
-            continue
-        offset = done.correction.record.tool_offset
-        assert offset is not None and offset.z_mm == 0.0
-        entered_mm = offset.x_radius_mm + (entered_mm if way is Ran.WEAR else 0.0)
-        less.append(np.array([-2.0 * entered_mm] * len(PLACES) + [0.0]))
+        else:
+            offset = done.correction.record.tool_offset
+            assert offset is not None and offset.z_mm == 0.0
+            entered_mm = offset.x_radius_mm + (entered_mm if way is Ran.WEAR else 0.0)
+            less.append(np.array([-2.0 * entered_mm] * len(PLACES) + [0.0]))
+        taken = taken_off_sizes_mm(done.correction, way, done.correction.record.inspections[-1])
+        assert [taken[size[0]] for size in SIZES] == pytest.approx(less[-1], abs=0.0015)
     return np.array(free), np.array(less[:-1])
 
 

@@ -43,6 +43,19 @@ def test_a_proposal_that_took_size_off_is_named_with_its_sign() -> None:
     assert first.size < 0 and first.probability > 0.8
 
 
+def test_offsets_that_were_entered_are_known_with_their_sign() -> None:
+    """60 µm taken off a diameter that stood 60 µm too large, from the second part on: neither wear nor a step."""
+    taken = np.array([0.0, *[0.060] * 7])
+    series = followed((SCATTER[:8] + 60.0 - 1e3 * taken).tolist())
+    facts = [
+        PartFacts(one.made.serial, taken_off_mm=float(off), cut_with="correction 1" if off else "")
+        for one, off in zip(series.parts, taken, strict=True)
+    ]
+    first = chart_of(series, facts, ChartOptions()).episodes[0].explained.likely[0]
+    assert first.words == "the size was changed by −60.0 µm before part 101: correction 1"
+    assert first.size < 0 and first.probability > 0.6
+
+
 def test_wear_that_leaves_more_on_has_a_positive_size() -> None:
     found = charted(followed((SCATTER + 0.5 * np.arange(30)).tolist())).episodes[-1].explained
     wear = next(one for one in found.likely if one.kind == "wear")

@@ -21,11 +21,14 @@ SIZE: Final = 5.0
 @by_content
 @dataclass(frozen=True)
 class Explanation:
-    """Something known to have happened: `kind` and `words` of it, and the `shape` (n,) that its effect has."""
+    """Something known to have happened: `kind` and `words` of it, and the `shape` (n,) that its effect has. `size`:
+    that of the effect in σ, where it is known too; then the evidence is exp(S·size − A·size²/2).
+    """
 
     kind: str
     words: str
     shape: Array
+    size: float | None = None
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,7 @@ def explained(z: Array, explanations: Sequence[Explanation]) -> ExplainedAlarm:
     """
     steps = np.tri(len(z)).T  # row k: a step from value k on
     of_steps = np.array([_evidence(z, step) for step in steps])
-    of_known = np.array([_evidence(z, one.shape) if np.any(one.shape) else -np.inf for one in explanations])
+    of_known = np.array([_evidence(z, one.shape, one.size) if np.any(one.shape) else -np.inf for one in explanations])
     top = max([0.0, of_steps.max(), *of_known])
     chance, unknown, shares = float(np.exp(-top)), float(np.exp(of_steps - top).mean()), np.exp(of_known - top)
     total = chance + unknown + float(shares.sum())
@@ -72,8 +75,10 @@ def explained(z: Array, explanations: Sequence[Explanation]) -> ExplainedAlarm:
     return ExplainedAlarm(tuple(ordered), unknown / total, chance / total, int(of_steps.argmax()))
 
 
-def _evidence(z: Array, shape: Array) -> float:
+def _evidence(z: Array, shape: Array, size: float | None = None) -> float:
     """Returns the logarithm of the marginal likelihood against that of nothing."""
+    if size is not None:
+        return float(size * (shape @ z) - 0.5 * size**2 * (shape @ shape))
     wide = 1.0 + SIZE**2 * float(shape @ shape)
     return float(-0.5 * np.log(wide) + 0.5 * SIZE**2 * float(shape @ z) ** 2 / wide)
 

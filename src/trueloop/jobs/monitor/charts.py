@@ -1,21 +1,26 @@
 """Charts of the characteristics of a part type, from the store to values and files."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from statistics import fmean
+from typing import Any
 
 from trueloop.domain.inspection import BothInspections, Inspection, StandardPart
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind, Stage, time_of
 from trueloop.domain.option import Language, LengthUnit
+from trueloop.domain.record import Correction
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.book import Book, only_type, read_book
 from trueloop.formats.outputs import write_all
 from trueloop.loops.monitor.chart import ChartOptions, MonitoredSeries, chart_of
 from trueloop.loops.monitor.gauge import GaugeSeries, gauges
 from trueloop.loops.monitor.known import PartFacts
-from trueloop.loops.post_process.series import MadePart, SeriesOptions
+from trueloop.loops.post_process.series import MadePart, Series, SeriesOptions
+from trueloop.loops.turned import correction as turned
+from trueloop.loops.turned.in_force import cut_with
+from trueloop.loops.turned.taken_off import program_that_ran, taken_off_sizes_mm
 from trueloop.report.monitor.chart_page import chart_page
 from trueloop.report.monitor.chart_values import ChartsShape, charts_shape
 from trueloop.report.monitor.gauge import GaugesShape, gauge_page, gauges_shape
@@ -35,9 +40,11 @@ class StoredFacts:
     events: tuple[EdgeEvent, ...]
     stood: Mapping[str, Mapping[str, float]]
     failed: Mapping[str, tuple[tuple[datetime, str], ...]]
+    corrections: Mapping[str, turned.Correction]
 
-    def of(self, made: Sequence[MadePart]) -> tuple[PartFacts, ...]:
+    def of(self, series: Series) -> tuple[PartFacts, ...]:
         """Facts of the parts of one series, in its order."""
+        made = series.made
         # The earlier cuts of each cut's edge, as far back as all of them state their time
         age: dict[tuple[str, ...], float | None] = {}
         minutes: list[float | None] = []
@@ -49,7 +56,19 @@ class StoredFacts:
             now, own_minutes = age.get(edge, 0.0), cut.conditions.time_in_cut_min
             minutes.append(now)
             age[edge] = None if now is None or own_minutes is None else now + own_minutes
-        return tuple(self._part(made, k, minutes[k]) for k in range(len(made)))
+        return tuple(
+            replace(self._part(made, k, minutes[k]), **self._cut_with(made[k], series.name)) for k in range(len(made))
+        )
+
+    def _cut_with(self, made: MadePart, name: str) -> dict[str, Any]:
+        """Returns what the correction that a part was cut with took off a size. Raises STO-PROGRAM."""
+        cut = self.cuts.get(made.serial)
+        correction = None if cut is None else self.corrections.get(cut.correction)
+        if cut is None or correction is None:
+            return {}
+        ran = program_that_ran(correction, cut)
+        taken_mm = taken_off_sizes_mm(correction, ran, self._inspection(made)).get(name, 0.0)
+        return {"taken_off_mm": taken_mm, "cut_with": cut_with(correction.record, ran).words}
 
     def _part(self, made: Sequence[MadePart], k: int, minutes: float | None) -> PartFacts:
         inspection = self._inspection(made[k])
@@ -108,12 +127,14 @@ def stored_facts(
     """Collects what the store holds of a book's parts; `failed`: what checks of devices reported, "" where passed."""
     cuts = [one.value for one in find(store, Cut, part_type=book.part_type, stage=Stage.FINISH)]
     both = [one.value for one in find(store, BothInspections, part_type=book.part_type)]
+    made = [one.value for one in find(store, Correction, part_type=book.part_type)] if cuts else []
     return StoredFacts(
         book,
         {one.part.serial: one for one in cuts},
         tuple(one.value for one in find(store, EdgeEvent)) if cuts else (),
         {one.part.serial: {f"{name} while cut": v for name, v in one.cutting.signals.items()} for one in both},
         failed or {},
+        {one.record.id: one.payload for one in made if isinstance(one.payload, turned.Correction)},
     )
 
 
@@ -150,7 +171,7 @@ def charts_of(store: Store, part_type: str | None, names: Sequence[str], options
     for one in book.tracked:
         if one.series.latest and (not names or one.series.name in names):
             try:
-                charted.append(chart_of(one, facts.of(one.series.made), options))
+                charted.append(chart_of(one, facts.of(one.series), options))
             except TrueloopError as refused:
                 if refused.code is not Code.MON_FEW:
                     raise

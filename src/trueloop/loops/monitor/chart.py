@@ -104,7 +104,8 @@ def chart_of(
     begins = [k for k, one in enumerate(parts) if one.made.set_before] if options.anew else []
     base = _baseline(parts, begins, options)
     found = charted(values, base, begins, [rule for rule in RULES if rule.number in options.rules])
-    causes = known([one.made for one in parts], own, base)
+    sigma_mm = found.sigma if options.what == "value" else None
+    causes = known([one.made for one in parts], own, base, sigma_mm)
     index = _capability(tracked, values, found) if options.what == "value" else None
     like, episodes = _correlation(found), tuple(_episodes(found, causes, options))
     if diagnosis is not None and options.what == "value":

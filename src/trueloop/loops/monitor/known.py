@@ -5,7 +5,7 @@ the baseline, so that what was there in the baseline already (wear, warmth) is c
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from itertools import pairwise
 from typing import Final
@@ -25,6 +25,8 @@ class PartFacts:
 
     `minutes` is what its edge had cut before it; None: not known. `temperatures` in °C by sensor. `failed`: that the
     last check of the device by which it was measured failed, in words; empty: it did not, or there was none.
+    `taken_off_mm` is how much smaller the correction that it was cut with made its size, `cut_with` names that; empty:
+    none was in force.
     """
 
     serial: str
@@ -36,6 +38,8 @@ class PartFacts:
     temperatures: Mapping[str, float] = field(default_factory=dict)
     device: str = ""
     failed: str = ""
+    taken_off_mm: float = 0.0
+    cut_with: str = ""
 
 
 WARMER_K: Final = 0.5
@@ -44,11 +48,14 @@ SHORT: Final = 8
 """Digits of a hash that are shown."""
 
 
-def known(made: Sequence[MadePart], facts: Sequence[PartFacts], in_baseline: Flags) -> tuple[Explanation, ...]:
-    """Returns all known explanations of values that left their centre."""
+def known(
+    made: Sequence[MadePart], facts: Sequence[PartFacts], in_baseline: Flags, sigma_mm: float | None = None
+) -> tuple[Explanation, ...]:
+    """Returns all known explanations of values that left their centre; `sigma_mm` of these where they are errors."""
     return (
         *_settings(made, facts),
         *_corrections(made, facts),
+        *_in_force(facts, in_baseline, sigma_mm),
         *_programs(facts),
         *_not_run(facts),
         *_wear(made, facts, in_baseline),
@@ -83,6 +90,24 @@ def _corrections(made: Sequence[MadePart], facts: Sequence[PartFacts]) -> Iterat
             ids = ", ".join(one[:SHORT] for one in facts[k].proposals)
             words = wording("{what}: proposal {ids} was accepted", what=words, ids=ids)
         yield Explanation(wording("proposal accepted"), words, _between(len(made), k, end))
+
+
+def _in_force(facts: Sequence[PartFacts], in_baseline: Flags, sigma_mm: float | None) -> Iterator[Explanation]:
+    """Yields what the corrections that parts were cut with made their sizes, all together: in the words and the size of
+    the largest change.
+    """
+    size_mm = np.array([-one.taken_off_mm for one in facts])
+    change = np.diff(size_mm)
+    if not len(change) or not change.any():
+        return
+    k = int(np.abs(change).argmax()) + 1
+    words = wording("the size was changed by {change} before part {serial}",
+                    change=Um(float(change[k - 1]), "+.1f"), serial=facts[k].serial)  # fmt: skip
+    if facts[k].cut_with:
+        words = wording("{what}: {cut_with}", what=words, cut_with=facts[k].cut_with)
+    shape = (size_mm - size_mm[in_baseline].mean()) / change[k - 1]
+    size = None if sigma_mm is None else float(change[k - 1]) / sigma_mm
+    yield Explanation(wording("correction in force"), words, shape, size)
 
 
 def _programs(facts: Sequence[PartFacts]) -> Iterator[Explanation]:
@@ -173,4 +198,4 @@ def _parts(facts: Sequence[PartFacts], where: Flags) -> Wording:
 
 def only(explanations: Iterable[Explanation], span: slice) -> tuple[Explanation, ...]:
     """Returns their shapes over a part of the series."""
-    return tuple(Explanation(one.kind, one.words, one.shape[span]) for one in explanations)
+    return tuple(replace(one, shape=one.shape[span]) for one in explanations)

@@ -78,10 +78,11 @@ def taken_off_sizes_mm(correction: Correction, ran: Ran, inspection: Inspection)
 
 def _size_moved_mm(correction: Correction, ran: Ran, reading: MatchedReading, datum: int | None) -> float | None:
     try:
-        seen = seen_by(correction.profile, RepeatedReading(reading, 0.0, 0.0, 1), datum)
+        seen = seen_by(correction.profile, RepeatedReading(reading, 1.0, 0.0, 1), datum)
     except TrueloopError:
         return None
-    return float(seen.weight @ moved_mm(correction, ran, seen.feature_index, seen.arc_length_mm))
+    moved = seen.weight @ moved_mm(correction, ran, seen.feature_index, seen.arc_length_mm)
+    return float(moved) / seen.value_mm  # of a deviation of 1: of a diameter half of it is the surface's
 
 
 def from_memory_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
