@@ -64,5 +64,5 @@ def _texts_below(kind: type) -> dict[str, str]:
 
 def filled_from(kind: type[D], source: object, /, **others: object) -> D:
     """Makes a record of a kind: its fields have the values of like-named attributes of the source, but for `others`."""
-    names = (one.name for one in fields(kind) if one.name not in others and hasattr(source, one.name))
+    names = (field.name for field in fields(kind) if field.name not in others and hasattr(source, field.name))
     return kind(**{name: getattr(source, name) for name in names}, **others)

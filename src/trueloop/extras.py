@@ -13,4 +13,6 @@ def install_command(extra: str) -> str:
     It names the packages themselves: trueloop comes from a clone or a wheel, where pip finds no extra of it by name.
     """
     found = (EXTRA.fullmatch(line) for line in requires("trueloop") or ())
-    return " ".join(["pip install", *(f'"{one["requirement"]}"' for one in found if one and one["extra"] == extra)])
+    return " ".join(
+        ["pip install", *(f'"{match["requirement"]}"' for match in found if match and match["extra"] == extra)]
+    )

@@ -58,7 +58,7 @@ def test_lengths_that_count_from_each_other_are_each_their_own_error(z: float | 
     """Each from the face nearer to the chuck: z counts into the part, unless diameters were read on its other side."""
     readings = [length("b", "a", 50.0, 0.010), length("c", "b", 30.0, -0.004), diameter("j", 40.0, z)]
     found = errors(inspection(readings))
-    names = ("ba", "cb") if z == 10.0 else ("ab", "bc")
+    names = (("b", "a"), ("c", "b")) if z == 10.0 else (("a", "b"), ("b", "c"))
     first, second = (found[feature, ErrorKind.LENGTH] for feature, _ in names)
     assert (first.other, second.other) == tuple(other for _, other in names)
     assert first.value_mm == pytest.approx(0.010)

@@ -26,8 +26,8 @@ def run(settings: Settings = CELL) -> None:
     from trueloop.jobs.cell import run as work
 
     stop = threading.Event()
-    for one in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(one, lambda *_: stop.set())
+    for signals in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(signals, lambda *_: stop.set())
     work(opened(settings), stop, _said)
 
 

@@ -29,7 +29,7 @@ def check(db: Db = None, as_json: AsJson = False) -> None:
     with busy(f"checking {store.where}") as progress:
         done = check_store(store, progress)
     if as_json:
-        odd = [{"severity": one.severity, **as_dict(one.as_error())} for one in done.findings]
+        odd = [{"severity": finding.severity, **as_dict(finding.as_error())} for finding in done.findings]
         print_json({"store": store.where, "rows": done.rows, "findings": odd})
     else:
         print_lines([*done.findings, f"{store.where}: {done.rows} rows, {len(done.findings)} findings"])
@@ -178,12 +178,12 @@ def import_(files: Files, meant: Meant, db: Db = None, as_json: AsJson = False) 
     )
     done: list[Imported] = []
     with busy(f"importing {files[0]}") as progress:
-        for one in import_files(store, files, of, progress):
-            done.append(one)
+        for imported in import_files(store, files, of, progress):
+            done.append(imported)
             if not as_json:
-                print_lines([one.words])
+                print_lines([imported.words])
     if as_json:
-        print_json({"files": [one.as_dict for one in done]})
+        print_json({"files": [imported.as_dict for imported in done]})
 
 
 Place = Annotated[
@@ -249,7 +249,7 @@ def show(what: What, db: Db = None, as_json: AsJson = False) -> None:
     entries = life_of_part(store, found)
     if as_json:
         part = {"part_type": found.part_type.name, "revision": found.part_type.revision, "serial": found.serial}
-        print_json({"part": part, "entries": [one.as_dict for one in entries]})
+        print_json({"part": part, "entries": [entry.as_dict for entry in entries]})
     else:
         _print(found, entries)
 
@@ -264,9 +264,9 @@ def _print(part: "Part", entries: "tuple[Entry, ...]") -> None:
     table = Table(box=None, pad_edge=False)
     for name in ("time", "row", "", "links"):
         table.add_column(name)
-    for one in entries:
-        at = f"{one.at:%Y-%m-%d %H:%M}" if one.at else f"kept {one.kept_at:%Y-%m-%d %H:%M}"
-        table.add_row(*map(escape, (at, one.row, one.said, "; ".join(one.links))))
+    for entry in entries:
+        at = f"{entry.at:%Y-%m-%d %H:%M}" if entry.at else f"kept {entry.kept_at:%Y-%m-%d %H:%M}"
+        table.add_row(*map(escape, (at, entry.row, entry.said, "; ".join(entry.links))))
     wide_console().print(table)
 
 

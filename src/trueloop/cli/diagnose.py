@@ -78,7 +78,9 @@ def print_diagnosis(
         print_json({**shape.model_dump(mode="json"), "files": files})
         return
     print_lines([*lines])
-    print_lines([f"{one.severity} {one.code}: {one.message}\n  hint: {one.hint}" for one in findings])
+    print_lines(
+        [f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}" for finding in findings]
+    )
     for file in files:
         typer.echo(f"written: {file}", err=True)
 
@@ -89,10 +91,10 @@ def _written(
     """The files of each diagnosis; of a part that several edges cut with the edge in their names."""
     from trueloop.jobs.diagnose.shaped import write_diagnosis
 
-    names = [name if len(shares) == 1 else f"{name}-{_file_name(one.part_type)}" for one in shares]
+    names = [name if len(shares) == 1 else f"{name}-{_file_name(share.part_type)}" for share in shares]
     return [
-        write_diagnosis(one, called, page_of, folder, page.language, page.unit)
-        for one, called in zip(shares, names, strict=True)
+        write_diagnosis(shape, called, page_of, folder, page.language, page.unit)
+        for shape, called in zip(shares, names, strict=True)
     ]
 
 
@@ -109,10 +111,10 @@ def _print_shares(
         return
     if as_json:
         pairs = zip(shares, files, strict=True)
-        print_json({"shares": [{**one.model_dump(mode="json"), "files": written} for one, written in pairs]})
+        print_json({"shares": [{**shape.model_dump(mode="json"), "files": written} for shape, written in pairs]})
         return
-    for one, written in zip(shares, files, strict=True):
-        print_diagnosis(one, lines(one), one.findings, written, as_json=False)
+    for shape, written in zip(shares, files, strict=True):
+        print_diagnosis(shape, lines(shape), shape.findings, written, as_json=False)
 
 
 def fixture(
@@ -145,7 +147,7 @@ def fixture(
         found = fixture_of_part(opened(db), of_what, of.asked(None), repeats)
     files = write_diagnosis(found, "fixture", fixture_page, output, page.language, page.unit)
     print_diagnosis(found, fixture_lines(found), found.findings, files, as_json=as_json)
-    if not all(one.stable for one in found.fixturings):
+    if not all(fixturing.stable for fixturing in found.fixturings):
         raise typer.Exit(ExitStatus.FINDINGS)
 
 

@@ -78,7 +78,7 @@ def offsets(
     if as_json:
         print_json(table_as_dict(found))
         return
-    print_lines([heading_words(found), "", *table_lines(found), *(f"- {one}" for one in found.remarks)])
+    print_lines([heading_words(found), "", *table_lines(found), *(f"- {remark}" for remark in found.remarks)])
 
 
 def _show(done: "AtControl", as_json: bool) -> None:
@@ -107,9 +107,9 @@ def list_(control: LinkOf, as_json: AsJson = False) -> None:
     """List the programs at a control."""
     there = control.opened().link.listed()
     if as_json:
-        print_json({"programs": [_row(one.name, one.size_bytes, one.changed_at) for one in there]})
+        print_json({"programs": [_row(program.name, program.size_bytes, program.changed_at) for program in there]})
         return
-    print_table(("program", "bytes", "changed"), [_cells(one) for one in there])
+    print_table(("program", "bytes", "changed"), [_cells(program) for program in there])
 
 
 def _cells(program: "ListedProgram") -> tuple[str, str, str]:

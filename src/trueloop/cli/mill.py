@@ -53,7 +53,7 @@ def entries(
         return
     print_lines(entry_lines(read, found))
     head = ("size or coordinate", "last part µm", "next, unchanged µm", "P(in)", "next, entered µm", "P(in)")
-    print_table(head, (_row(one) for one in found.expected))
+    print_table(head, (_row(size) for size in found.expected))
     print_table(("feature", "tool", "radius at", "work offset", "direction", "line"), _cuts(read))
     print_lines([*proposal_notes(read, found), *files])
 
@@ -85,7 +85,7 @@ def new(
     program leaves open is listed.
     """
     cutters = tools_of(tools)
-    if any(one.number is None for one in cutters):
+    if any(cutter.number is None for cutter in cutters):
         raise typer.BadParameter("it needs the tool's number, such as 2=R5", param_hint="--tool")
     from trueloop.jobs.milled_new import new_milled_job
 
@@ -101,15 +101,15 @@ def new(
             },
             name=name or program.stem,
             measured=measured or output.parent / "part-1.dmo",
-            radius_mm={one.number: one.radius_mm for one in cutters if one.number is not None},
+            radius_mm={cutter.number: cutter.radius_mm for cutter in cutters if cutter.number is not None},
             wear=wear,
         )
     if as_json:
-        features = [_feature_as_dict(one) for one in made.features]
+        features = [_feature_as_dict(feature) for feature in made.features]
         print_json({"file": str(made.file), "features": features, "notes": list(made.notes)})
         return
     head = ("feature", "x mm", "y mm", "z mm", "size mm", "tool", "radius at", "work offset", "direction")
-    print_table(head, (_feature_row(one) for one in made.features))
+    print_table(head, (_feature_row(feature) for feature in made.features))
     print_lines([*made.notes, f"written: {made.file}"])
 
 
@@ -137,7 +137,7 @@ def probe(
     with busy(f"reading {job}"):
         made, file = write_probing_program(job, output, MacroProbe(tool, ball_mm, clearance_mm, approach_mm))
     if as_json:
-        names = {str(n): one.name for n, one in enumerate(made.measured, 1)}
+        names = {str(n): feature.name for n, feature in enumerate(made.measured, 1)}
         print_json({"file": str(file), "names": names, "left_out": list(made.left_out)})
         return
     print_lines([*(f"not measured: {one}" for one in made.left_out), names_table(made), f"written: {file}"])
@@ -176,15 +176,15 @@ def _row(size: "ExpectedSize") -> tuple[str, ...]:
 
 def _cuts(job: "MilledJob") -> Iterator[tuple[str, ...]]:
     """Yields what cuts each feature, with the line of its last pass, empty where that is stated."""
-    for one in job.cut.features.values():
-        name, *_, tool, where, offset, side = _feature_row(one)
+    for feature in job.cut.features.values():
+        name, *_, tool, where, offset, side = _feature_row(feature)
         yield name, tool, where, offset, side, str(job.cut.lines.get(name, ""))
 
 
 def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
     return {
         "part_type": job.name,
-        "parts": [one.serial for one in job.parts],
+        "parts": [part.serial for part in job.parts],
         "entries": [
             {
                 "register": one.entry.register,
@@ -205,17 +205,18 @@ def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
         "rms_um": [UM_PER_MM * value for value in proposal.rms_mm],
         "expected": [
             {
-                "name": one.seen.name,
-                "measured_um": None if one.measured_mm is None else UM_PER_MM * one.measured_mm,
-                "unchanged_um": UM_PER_MM * (one.unchanged.value - one.seen.nominal_mm),
-                "entered_um": UM_PER_MM * (one.changed.value - one.seen.nominal_mm),
-                "u_um": 2.0 * UM_PER_MM * one.changed.standard_u,
-                "probability_in": one.changed.probability_in,
+                "name": size.seen.name,
+                "measured_um": None if size.measured_mm is None else UM_PER_MM * size.measured_mm,
+                "unchanged_um": UM_PER_MM * (size.unchanged.value - size.seen.nominal_mm),
+                "entered_um": UM_PER_MM * (size.changed.value - size.seen.nominal_mm),
+                "u_um": 2.0 * UM_PER_MM * size.changed.standard_u,
+                "probability_in": size.changed.probability_in,
             }
-            for one in proposal.expected
+            for size in proposal.expected
         ],
         "features": [
-            {**_feature_as_dict(one), "line": job.cut.lines.get(one.name)} for one in job.cut.features.values()
+            {**_feature_as_dict(feature), "line": job.cut.lines.get(feature.name)}
+            for feature in job.cut.features.values()
         ],
         "unlike": list(proposal.unlike),
         "contradictory": [

@@ -40,7 +40,7 @@ def certify(
     if as_json:
         print_json({**shown.model_dump(mode="json"), "files": files})
     else:
-        proven = sum(one.certified for one in shown.characteristics)
+        proven = sum(characteristic.certified for characteristic in shown.characteristics)
         of_all = f"{proven} of {len(shown.characteristics)} characteristics certified"
         print_lines([f"{shown.part_type} {shown.serial}: {shown.outcome}, {of_all}"])
         print_table(HEAD, certificate_rows(shown))
@@ -95,7 +95,7 @@ def chart(
     from trueloop.report.monitor.chart_values import alarm_lines, chart_head, chart_rows
 
     numbers = range(1, 9) if rules == "all" else [int(one) if one.strip().isdigit() else 0 for one in rules.split(",")]
-    if not all(1 <= one <= 8 for one in numbers):
+    if not all(1 <= number <= 8 for number in numbers):
         raise typer.BadParameter(f"{rules!r}: name tests by numbers from 1 to 8, as 1,2,5", param_hint="--rules")
     options = ChartOptions(tuple(sorted(set(numbers))), _baseline(baseline, each_setting), each_setting, what.value)
     with busy("charting the series"):
@@ -107,9 +107,11 @@ def chart(
     of = "errors as inspected" if shown.what == "value" else "residuals after correction"
     print_lines([f"{shown.part_type}: {len(shown.characteristics)} characteristics, {of}"])
     print_table(chart_head(shown), chart_rows(shown))
-    for one in shown.characteristics:
-        print_lines(alarm_lines(one, shown))
-    print_lines(f"{one.severity} {one.code}: {one.message}\n  hint: {one.hint}" for one in shown.findings)
+    for shape in shown.characteristics:
+        print_lines(alarm_lines(shape, shown))
+    print_lines(
+        f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}" for finding in shown.findings
+    )
     for file in files:
         typer.echo(f"written: {file}", err=True)
 
@@ -151,10 +153,10 @@ def gauge(
         print_json({**shown.model_dump(mode="json"), "files": files})
     else:
         print_table(HEAD, gauge_rows(shown))
-        print_lines(line for one in shown.gauges for line in remark_lines(one))
+        print_lines(line for shape in shown.gauges for line in remark_lines(shape))
     for file in files:
         typer.echo(f"written: {file}", err=True)
-    if any(one.alarm for one in shown.gauges):
+    if any(shape.alarm for shape in shown.gauges):
         raise typer.Exit(ExitStatus.FINDINGS)
 
 

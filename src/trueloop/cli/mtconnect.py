@@ -120,7 +120,7 @@ def read(
 
     wanted = {one.upper() for one in kind or ()}
     seen = observations(url, for_seconds(seconds), lambda text: typer.echo(f"note: {text}", err=True))
-    found = [one for one in seen if not wanted or one.item.type.upper() in wanted]
+    found = [observation for observation in seen if not wanted or observation.item.type.upper() in wanted]
     for file in _keep(url, found, out, log):
         typer.echo(f"written: {file}", err=True)
     if as_json or (out is None and log is None):
@@ -145,7 +145,7 @@ def _keep(url: str, observations: "Sequence[ItemObservation]", out: Path | None,
 
 def _show(observations: "Sequence[ItemObservation]", *, as_json: bool) -> None:
     """Prints a machine's state on stdout."""
-    rows = [_row(one) for one in observations]
+    rows = [_row(observation) for observation in observations]
     if as_json:
         print_json({"observations": [dict(zip(COLUMNS, row, strict=True)) for row in rows]})
     else:
@@ -156,7 +156,7 @@ def _csv(observations: "Sequence[ItemObservation]") -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
-    writer.writerows(_row(one) for one in observations)
+    writer.writerows(_row(observation) for observation in observations)
     return text.getvalue()
 
 

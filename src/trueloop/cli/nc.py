@@ -86,7 +86,7 @@ def _obstacles_to_any_field(file: Path, reading: Reading, dialect: str) -> "list
     options = Bounds().options(None, reading, 0)
     field = similarity_field(scale=_SCALE_OF_CHECK)
     found = program_obstacles(file, field, options, dialect=dialect, parameters=reading.parameters)
-    return [one for one in found if one.code is not Code.CMP_TWICE]
+    return [error for error in found if error.code is not Code.CMP_TWICE]
 
 
 def _count(obstacles: "Sequence[TrueloopError]") -> str:
@@ -116,8 +116,10 @@ def not_understood(program: "Program", path: "ToolPath") -> list[Finding]:
 
 def path_may_differ(findings: Sequence[Finding]) -> list[Finding]:
     """Those of the findings, in the order of the blocks."""
-    found = [one for one in findings if one.severity is Severity.WARNING and one.code in PATH_MAY_DIFFER]
-    return sorted(found, key=lambda one: (one.place.line or 0, one.place.column or 0))
+    found = [
+        finding for finding in findings if finding.severity is Severity.WARNING and finding.code in PATH_MAY_DIFFER
+    ]
+    return sorted(found, key=lambda finding: (finding.place.line or 0, finding.place.column or 0))
 
 
 def tell_not_understood(program: "Program", path: "ToolPath") -> None:
@@ -236,7 +238,7 @@ def features_of_job(
     with busy(f"matching {job}"):
         files = JobFiles.of(job)
         setups = read_setups(files).found
-        cuts = tuple(_cut(one.setup.program, one.cut_features, job, one.setup.frame) for one in setups.setups)
+        cuts = tuple(_cut(setup.setup.program, setup.cut_features, job, setup.setup.frame) for setup in setups.setups)
     doubtful = tuple(refusal.in_file(str(job)) for refusal in setups.doubtful)
     found = _FoundFeatures(files.job.part.name, cuts, setups.uncut, doubtful)
     refusals = [*found.doubtful, *(refusal for cut in found.cuts for refusal in cut.refused)]
@@ -319,7 +321,7 @@ class _FoundFeatures:
 
 def _cut(program: "Program", cut_features: "list[CutFeature]", job: Path, setup: "SetupFrame") -> _Cut:
     file = program.file or str(job)
-    return _Cut(file, tuple(_row(program, one, file) for one in cut_features), setup if setup.name else None)
+    return _Cut(file, tuple(_row(program, feature, file) for feature in cut_features), setup if setup.name else None)
 
 
 @dataclass(frozen=True)
@@ -555,9 +557,11 @@ def _print_obstacles(file: Path, errors: "Sequence[TrueloopError]", *, as_json: 
     Exit status 1 where there is one.
     """
     if as_json:
-        print_json({"file": str(file), "obstacles": [as_dict(one) for one in errors]})
+        print_json({"file": str(file), "obstacles": [as_dict(error) for error in errors]})
     else:
-        for _, group in groupby(errors, key=lambda one: (one.code, re.sub(r"[\d.]+", "0", one.message), one.hint)):
+        for _, group in groupby(
+            errors, key=lambda error: (error.code, re.sub(r"[\d.]+", "0", error.message), error.hint)
+        ):
             first, *rest = group
             typer.echo(str(first))
             if rest:

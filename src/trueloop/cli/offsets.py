@@ -32,7 +32,7 @@ def read(
     if as_json:
         print_json(table_as_dict(table))
         return
-    typer.echo("\n".join([heading_words(table), "", *table_lines(table), *(f"- {one}" for one in table.remarks)]))
+    typer.echo("\n".join([heading_words(table), "", *table_lines(table), *(f"- {remark}" for remark in table.remarks)]))
 
 
 @app.command()

@@ -159,9 +159,11 @@ def kept_as_dict(kept: "KeptFacts | None") -> dict[str, object]:
     if kept is None:
         return {}
     new: dict[str, int] = {}
-    for one in kept.new:
-        name = type(one.value).__name__
+    for stored in kept.new:
+        name = type(stored.value).__name__
         new[name] = new.get(name, 0) + 1
-    findings = [{"code": one.code, "message": one.message, "severity": one.severity} for one in kept.findings]
+    findings = [
+        {"code": finding.code, "message": finding.message, "severity": finding.severity} for finding in kept.findings
+    ]
     obtained = {"obtained": [one.as_dict for one in kept.obtained]} if kept.obtained else {}
     return {"store": {"where": kept.where, "new": new, "findings": findings}, **obtained}

@@ -82,7 +82,7 @@ class Reading:
     def options(self, file: Path, dialect: str) -> str:
         """The file and these options as a shell takes them, for a command that reads the program alike."""
         words = [str(file), "--dialect", dialect]
-        words += [f"--set={one}" for one in self.settings or ()]
+        words += [f"--set={setting}" for setting in self.settings or ()]
         words += [f"--unit={self.unit}"] * bool(self.unit) + ["--skipped-blocks"] * self.skipped_blocks
         return shlex.join(words)
 

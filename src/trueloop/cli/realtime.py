@@ -375,14 +375,14 @@ def signals(
 
 def _print(signals: "list[CheckedSignal]", *, as_json: bool) -> None:
     if as_json:
-        print_json({"signals": [asdict(one) for one in signals]})
+        print_json({"signals": [asdict(read) for read in signals]})
         return
     from rich.table import Table
 
     table = Table("signal", "source", "value", "age, s", "range", "")
-    for one in signals:
-        value, age = ("-" if number is None else f"{number:.3f}" for number in (one.value, one.age_s))
-        table.add_row(one.name, one.source, value, age, f"{one.low:g} … {one.high:g}", one.fault or "good")
+    for read in signals:
+        value, age = ("-" if number is None else f"{number:.3f}" for number in (read.value, read.age_s))
+        table.add_row(read.name, read.source, value, age, f"{read.low:g} … {read.high:g}", read.fault or "good")
     wide_console().print(table)
 
 
@@ -413,7 +413,7 @@ def watch(
 
     folder = out or Path(f"watch-{datetime.now():%Y%m%d-%H%M%S}")
     stop: list[int] = []
-    before = {one: signal.signal(one, lambda number, frame: stop.append(number)) for one in STOPS}
+    before = {signals: signal.signal(signals, lambda number, frame: stop.append(number)) for signals in STOPS}
     try:
         result = watched(
             Order(folder=folder, image=image, seconds=seconds, host=host, port=port, rows=rows, keep=keep, cell=cell),
@@ -421,8 +421,8 @@ def watch(
             lambda words: typer.echo(words, err=True),
         )
     finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)
+        for signals, handler in before.items():
+            signal.signal(signals, handler)
     if as_json:
         files = [str(file) for file in result.files]
         counts = {"periods": result.periods, "lost": result.lost, "faults": result.faults}

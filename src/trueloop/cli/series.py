@@ -64,15 +64,17 @@ def add(files: Files, facts: FileFacts, db: Db = None, as_json: AsJson = False) 
     with busy(f"reading {', '.join(map(str, files))}"):
         added = add_files(opened(db), files, adding)
     if as_json:
-        print_json({"files": [_as_dict(one) for one in added]})
+        print_json({"files": [_as_dict(added_file) for added_file in added]})
     else:
-        for one in added:
-            lines = [f"{one.path}: {one.part_type}, {len(one.new)} parts kept, {one.sizes} sizes"]
-            if one.known:
-                lines.append(f"  {len(one.known)} parts are in the store already: {', '.join(one.known)}")
-            if one.cut_with:
-                lines.append(f"  cut with the proposals {', '.join(one.cut_with)}")
-            print_lines([*lines, *one.findings])
+        for added_file in added:
+            lines = [
+                f"{added_file.path}: {added_file.part_type}, {len(added_file.new)} parts kept, {added_file.sizes} sizes"
+            ]
+            if added_file.known:
+                lines.append(f"  {len(added_file.known)} parts are in the store already: {', '.join(added_file.known)}")
+            if added_file.cut_with:
+                lines.append(f"  cut with the proposals {', '.join(added_file.cut_with)}")
+            print_lines([*lines, *added_file.findings])
 
 
 def _as_dict(one: "AddedFile") -> dict[str, object]:
@@ -170,12 +172,12 @@ def propose(
         store = opened(db)
         done = series.propose(store, which.book(store, options), options, job)
     if as_json:
-        found = [proposal_as_dict(one, done.book.verdict(one)) for one in done.proposals]
+        found = [proposal_as_dict(proposal, done.book.verdict(proposal)) for proposal in done.proposals]
         print_json({"part_type": done.book.part_type, "proposals": found, "waiting": list(done.not_accepted)})
         return
     print_lines([f"{done.book.part_type}: {len(done.proposals)} proposals, {len(done.new)} of them new"])
-    for one in done.proposals:
-        print_lines(["", *proposal_lines(one, done.book.verdict(one))])
+    for proposal in done.proposals:
+        print_lines(["", *proposal_lines(proposal, done.book.verdict(proposal))])
     print_lines(["", *done.not_accepted] if done.not_accepted else [])
 
 
@@ -337,7 +339,9 @@ def _print_replay(shown: "SeriesShape", of: str, files: list[str], as_json: bool
 
 
 def _print_rest(shown: "SeriesShape", files: list[str]) -> None:
-    found = [f"{one.severity} {one.code}: {one.message}\n  hint: {one.hint}" for one in shown.findings]
+    found = [
+        f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}" for finding in shown.findings
+    ]
     print_lines([*([""] if found else []), *found])
     for file in files:
         typer.echo(f"written: {file}", err=True)

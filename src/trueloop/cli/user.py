@@ -47,10 +47,10 @@ def list_(db: Db = None, as_json: AsJson = False) -> None:
 
     found = accounts(store)
     if as_json:
-        rows = [{"name": one.name, "display": one.display, "role": one.role, "disabled": one.disabled} for one in found]
+        rows = [{"name": row.name, "display": row.display, "role": row.role, "disabled": row.disabled} for row in found]
         print_json({"accounts": rows})
         return
-    cells = [(one.name, one.display, one.role, "disabled" if one.disabled else "") for one in found]
+    cells = [(row.name, row.display, row.role, "disabled" if row.disabled else "") for row in found]
     print_table(("name", "shown as", "role", ""), cells)
 
 
@@ -151,21 +151,28 @@ def list_keys(db: Db = None, as_json: AsJson = False) -> None:
     if as_json:
         rows = [
             {
-                "id": one.id,
-                "machine": one.machine,
-                "name": one.name,
-                "scope": one.scope,
-                "made_by": one.made_by,
-                "expires_at": one.expires_at.isoformat(),
-                "ended_at": one.ended_at.isoformat() if one.ended_at else None,
+                "id": key_row.id,
+                "machine": key_row.machine,
+                "name": key_row.name,
+                "scope": key_row.scope,
+                "made_by": key_row.made_by,
+                "expires_at": key_row.expires_at.isoformat(),
+                "ended_at": key_row.ended_at.isoformat() if key_row.ended_at else None,
             }
-            for one in found
+            for key_row in found
         ]
         print_json({"keys": rows})
         return
     cells = [
-        (str(one.id), one.machine, one.name, one.scope, f"{one.expires_at:%Y-%m-%d}", "ended" if one.ended_at else "")
-        for one in found
+        (
+            str(key_row.id),
+            key_row.machine,
+            key_row.name,
+            key_row.scope,
+            f"{key_row.expires_at:%Y-%m-%d}",
+            "ended" if key_row.ended_at else "",
+        )
+        for key_row in found
     ]
     print_table(("key", "machine", "name", "for", "until", ""), cells)
 

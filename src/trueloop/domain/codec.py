@@ -143,7 +143,7 @@ class Codec:
         if isinstance(value, np.ndarray) and ARRAYS.fullmatch(value.dtype.name):
             elements = value.ravel().tolist()
             if value.dtype.kind == "f" and not np.all(np.isfinite(value)):
-                elements = [self.plain(one) for one in elements]
+                elements = [self.plain(element) for element in elements]
             return {TAG: "array", "of": value.dtype.name, "shape": list(value.shape), "values": elements}
         if isinstance(value, np.bool_ | np.integer):
             return value.item()
@@ -210,7 +210,7 @@ def _array(inner: dict[str, Plain]) -> NDArray[Any]:
     values = inner["values"]
     of_json = {float, int, bool} if kind.kind == "f" else {bool} if kind.kind == "b" else {int}
     if kind.kind == "f" and dict in map(type, values):
-        values = [_number(one) if isinstance(one, dict) else one for one in values]
+        values = [_number(value) if isinstance(value, dict) else value for value in values]
     if not of_json.issuperset(map(type, values)):
         raise ValueError(f"an element that is no {inner['of']}")
     array = np.array(values, dtype=kind).reshape([int(n) for n in inner["shape"]])

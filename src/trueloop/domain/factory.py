@@ -141,7 +141,7 @@ class Route:
     @property
     def sha256(self) -> str:
         """Returns the hash by which a started order refuses another route."""
-        said = [f"{one.kind}\t{one.program_sha256}\t{one.feature}\t{one.corrected}" for one in self.blocks]
+        said = [f"{block.kind}\t{block.program_sha256}\t{block.feature}\t{block.corrected}" for block in self.blocks]
         asked = self.conditions
         need = f"{asked.temperature_age_s}\t{asked.calibration_age_s}\t{asked.model_sha256}"
         probe = [self.probe_control, self.probe_toml] if self.probe_toml else []

@@ -138,7 +138,7 @@ def _of(kind: type[T], values: Values) -> tuple[T, ...]:
     kinds = set(map(type, values))
     if kinds <= {kind}:
         return cast(tuple[T, ...], values)
-    return tuple(one for one in values if isinstance(one, kind)) if kind in kinds else ()
+    return tuple(value for value in values if isinstance(value, kind)) if kind in kinds else ()
 
 
 @dataclass(frozen=True)

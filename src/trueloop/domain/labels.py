@@ -240,7 +240,7 @@ def _of_type(label: Label, part_type: PartType) -> Iterator[tuple[str, str, str]
     if not isinstance(label, PartLabel):
         return
     numbers = [one for one in (part_type.drawing, part_type.name) if is_written("number", one)]
-    if numbers and not any(_same(label.number, one) for one in numbers):
+    if numbers and not any(_same(label.number, number) for number in numbers):
         yield "number", label.number, numbers[0]
     material = part_type.material
     if is_written("material", material) and not _same(label.material, material):

@@ -246,17 +246,19 @@ def of_one_insert(edges: Sequence[EdgeLife], life: EdgeLife) -> tuple[EdgeLife, 
     Turning ends one life and begins another at the same time; a mounting that no turning ends is a new insert.
     """
     insert = life.edge.identity[:-1]
-    own = sorted((one for one in edges if one.edge.identity[:-1] == insert), key=lambda one: one.began)
+    own = sorted((edge for edge in edges if edge.edge.identity[:-1] == insert), key=lambda edge_life: edge_life.began)
     inserts: list[list[EdgeLife]] = []
-    for one in own:
+    for edge_life in own:
         turned = any(
-            event.at == one.began and event.kind is EdgeEventKind.TURNED for other in own for event in other.events
+            event.at == edge_life.began and event.kind is EdgeEventKind.TURNED
+            for other in own
+            for event in other.events
         )
         if turned and inserts:
-            inserts[-1].append(one)
+            inserts[-1].append(edge_life)
         else:
-            inserts.append([one])
-    return next(tuple(group) for group in inserts if life.began in [one.began for one in group])
+            inserts.append([edge_life])
+    return next(tuple(group) for group in inserts if life.began in [edge_life.began for edge_life in group])
 
 
 def time_of(cut: Cut) -> datetime | None:

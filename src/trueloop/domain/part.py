@@ -75,8 +75,8 @@ class WholePart:
 def joined_shares(parts: Iterable[Part]) -> list[WholePart]:
     """Parts of one serial number: those that are shares of one part together, others by themselves."""
     every = list(parts)
-    whole = whole_of([one.part_type.name for one in every]) if len(every) > 1 else None
+    whole = whole_of([part.part_type.name for part in every]) if len(every) > 1 else None
     if whole is None:
-        return [WholePart(one, (one,)) for one in every]
+        return [WholePart(part, (part,)) for part in every]
     first = every[0]
     return [WholePart(replace(first, part_type=replace(first.part_type, name=whole)), tuple(every))]

@@ -133,7 +133,7 @@ class Proposal:
     @property
     def characteristics(self) -> tuple[str, ...]:
         """Returns the names of the characteristics that it changes."""
-        return tuple(one.characteristic for one in self.effects)
+        return tuple(effect.characteristic for effect in self.effects)
 
 
 @dataclass(frozen=True)

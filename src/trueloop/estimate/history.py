@@ -111,8 +111,8 @@ class Group:
 
 def groups_of(catalogue: Catalogue, sizes: Sizes, wholes: Sequence[Observed]) -> list[Group]:
     """Returns the groups in the order in which parts come to them."""
-    places = joined([one.places for one in wholes])
-    starts = np.cumsum([0, *(len(one.places) for one in wholes)])
+    places = joined([whole.places for whole in wholes])
+    starts = np.cumsum([0, *(len(whole.places) for whole in wholes)])
     found: dict[tuple[str, Any], dict[Key, tuple[Term, NDArray[np.intp]]]] = {}
     for term in sorted(catalogue.terms, key=lambda term: term.step is None and term.tail is None):
         at = term.scope.index(PART) if term.of_part else 0
@@ -216,7 +216,7 @@ class _Going:
             else:
                 start = self._lasting[-1].where.stop if self._lasting else 0
                 self._lasting.append(_Lasting.of(group, start, wholes))
-        variance = np.concatenate([np.zeros(0), *(one.variance for one in self._lasting)])
+        variance = np.concatenate([np.zeros(0), *(lasting.variance for lasting in self._lasting)])
         self._mean, self._covariance = np.zeros(len(variance)), np.diag(variance)
         self._clocks, self._observed = dict[Key, float](), set[Key]()
 
@@ -282,20 +282,26 @@ class _Going:
 
     def state(self, kept: Mapping[str, Collection[Any]]) -> State:
         """Returns the state of all coefficients, those of the labels that are `kept`."""
-        every = [one for one in self._lasting if one.group.label in kept.get(one.group.column, [one.group.label])]
-        sizes, blocks, count = [len(one.group.spread) for one in every], dict[Key, slice](), 0
-        at = np.concatenate([np.zeros(0, np.intp), *(np.arange(one.where.start, one.where.stop) for one in every)])
+        every = [
+            lasting
+            for lasting in self._lasting
+            if lasting.group.label in kept.get(lasting.group.column, [lasting.group.label])
+        ]
+        sizes, blocks, count = [len(lasting.group.spread) for lasting in every], dict[Key, slice](), 0
+        at = np.concatenate(
+            [np.zeros(0, np.intp), *(np.arange(lasting.where.start, lasting.where.stop) for lasting in every)]
+        )
         spread, left = np.zeros((sum(sizes), len(at))), np.zeros((sum(sizes), sum(sizes)))
         column = 0
-        for one, size in zip(every, sizes, strict=True):
-            single, rest = one.group.single, slice(count + one.group.single, count + size)
+        for lasting, size in zip(every, sizes, strict=True):
+            single, rest = lasting.group.single, slice(count + lasting.group.single, count + size)
             spread[count : rest.start, column : column + single] = np.eye(single)
             column += single
-            own = one.group.spread[single:, None]
-            spread[rest, column : column + one.followed.shape[1]] = own * one.followed
-            column += one.followed.shape[1]
-            left[rest, rest] = own * (np.eye(len(own)) - one.followed @ one.followed.T) * own.T
-            blocks |= {key: slice(count + of.start, count + of.stop) for key, of in one.group.keys.items()}
+            own = lasting.group.spread[single:, None]
+            spread[rest, column : column + lasting.followed.shape[1]] = own * lasting.followed
+            column += lasting.followed.shape[1]
+            left[rest, rest] = own * (np.eye(len(own)) - lasting.followed @ lasting.followed.T) * own.T
+            blocks |= {key: slice(count + of.start, count + of.stop) for key, of in lasting.group.keys.items()}
             count += size
         return State(
             catalogue=self._before.catalogue,

@@ -69,7 +69,7 @@ class Places:
 
 def joined(parts: Sequence[Places]) -> Places:
     """Places one after the other; all with the same columns."""
-    return Places({name: np.concatenate([one.columns[name] for one in parts]) for name in parts[0].columns})
+    return Places({name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns})
 
 
 def _numbered(column: NDArray[Any]) -> NDArray[np.intp]:
@@ -119,16 +119,16 @@ class Observed:
 def together(parts: Sequence[Observed]) -> Observed:
     """Observations whose instruments have nothing in common as one."""
     functional = correlated = None
-    if any(one.functional is not None for one in parts):
-        functional = _diagonal([one.matrix for one in parts])
-    if any(one.correlated_mm2 is not None for one in parts):
+    if any(part.functional is not None for part in parts):
+        functional = _diagonal([part.matrix for part in parts])
+    if any(part.correlated_mm2 is not None for part in parts):
         correlated = _diagonal(
-            [np.zeros((len(one), len(one))) if one.correlated_mm2 is None else one.correlated_mm2 for one in parts]
+            [np.zeros((len(part), len(part))) if part.correlated_mm2 is None else part.correlated_mm2 for part in parts]
         )
     return Observed(
-        joined([one.places for one in parts]),
-        np.concatenate([one.value_mm for one in parts]),
-        np.concatenate([one.standard_u_mm for one in parts]),
+        joined([part.places for part in parts]),
+        np.concatenate([part.value_mm for part in parts]),
+        np.concatenate([part.standard_u_mm for part in parts]),
         functional,
         correlated,
     )

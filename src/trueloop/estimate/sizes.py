@@ -67,8 +67,8 @@ def fitted_sizes(
 def _digest(parts: Sequence[Observed], starts: Sequence[Sizes], rounds: int) -> bytes:
     """Returns the digest of all that sizes depend on beside the catalogue."""
     found = sha256(repr([rounds, *(sorted(start.items()) for start in starts)]).encode())
-    for one in parts:
-        for array in (one.value_mm, one.instrument_mm2, one.matrix, *one.places.columns.values()):
+    for part in parts:
+        for array in (part.value_mm, part.instrument_mm2, part.matrix, *part.places.columns.values()):
             found.update(f"{array.dtype} {array.shape}".encode())
             found.update(repr(array.tolist()).encode() if array.dtype == object else array.tobytes())
     return found.digest()
@@ -78,7 +78,9 @@ def _fitted(catalogue: Catalogue, parts: Sequence[Observed], starts: Sequence[Si
     first = [catalogue.medians, *starts]
     _, far = _outliers(catalogue, catalogue.medians, parts)
     badness = Badness(catalogue, parts, far=far)
-    start = first[0] if len(first) == 1 else min(first, key=lambda one: badness.of(catalogue.logarithms(one))[0])
+    start = (
+        first[0] if len(first) == 1 else min(first, key=lambda mapping: badness.of(catalogue.logarithms(mapping))[0])
+    )
     found, weighed = _most_probable(badness, catalogue, start, rounds), far.keys()
     for again in range(AGAIN):
         more, far = _outliers(catalogue, found, parts)
@@ -128,8 +130,8 @@ class Badness:
         from scipy.linalg import block_diag
 
         self._catalogue, wholes = catalogue, [together(one) for one in _by_part(parts)]
-        self._values = np.concatenate([one.value_mm for one in wholes])
-        self._fixed = block_diag(*(one.instrument_mm2 for one in wholes))
+        self._values = np.concatenate([whole.value_mm for whole in wholes])
+        self._fixed = block_diag(*(whole.instrument_mm2 for whole in wholes))
         self._fixed[np.diag_indices(len(self._values))] += JITTER_MM2 + more_mm2
         self._median = catalogue.logarithms(catalogue.medians)
         self._log_sd = np.array([prior.log_sd for prior in catalogue.priors.values()])
@@ -143,7 +145,7 @@ class Badness:
             *map(_squared, walking.values()),
             scatter.variances,
         ]
-        sizes = [len(one(catalogue.medians)) for one in self._variances]
+        sizes = [len(variance(catalogue.medians)) for variance in self._variances]
         ends = np.cumsum([0, *sizes]).tolist()
         self._ends, (*starts, of_scatter) = ends, ends[:-1]
         spread = dict(zip((term.name for term in terms), starts, strict=False))
@@ -166,23 +168,23 @@ class Badness:
         variances = [of(sizes) for of in self._variances]
         spread, covariance = np.sqrt(np.concatenate(variances)), self._fixed.copy()
         np.einsum("ii->i", covariance)[:] += self._scatter @ variances[-1]
-        for one in self._columns:
-            scaled = one.design * spread[one.which]
-            covariance[_square(one.rows)] += scaled @ scaled.T
+        for column in self._columns:
+            scaled = column.design * spread[column.which]
+            covariance[_square(column.rows)] += scaled @ scaled.T
         factor, failed = lapack.dpotrf(covariance.T, lower=True, clean=True, overwrite_a=True)
         if failed:
             return 1e9, np.zeros_like(logarithms)
         inverse, _ = lapack.dtrtri(factor, lower=True)  # of the factor
         solved = inverse @ self._values
         alpha, slope = inverse.T @ solved, np.zeros(len(spread))
-        for one in self._columns:
-            drawn = inverse[:, one.rows]
-            if len(one.design) < len(one.which):
-                squares = np.einsum("ij,ij->j", one.design, (drawn.T @ drawn) @ one.design)
+        for column in self._columns:
+            drawn = inverse[:, column.rows]
+            if len(column.design) < len(column.which):
+                squares = np.einsum("ij,ij->j", column.design, (drawn.T @ drawn) @ column.design)
             else:
-                squares = np.sum((drawn @ one.design) ** 2, axis=0)
-            own = squares - (alpha[one.rows] @ one.design) ** 2
-            slope += 0.5 * np.bincount(one.which, own, len(slope))
+                squares = np.sum((drawn @ column.design) ** 2, axis=0)
+            own = squares - (alpha[column.rows] @ column.design) ** 2
+            slope += 0.5 * np.bincount(column.which, own, len(slope))
         slope[self._ends[-2] :] += 0.5 * (np.einsum("ij,ij->j", inverse, inverse) - alpha**2) @ self._scatter
         gradient = dict.fromkeys(sizes, 0.0)
         for of, followed, start, end in zip(self._variances, self._followed, self._ends, self._ends[1:], strict=False):
@@ -246,20 +248,20 @@ class _Scatter:
     @classmethod
     def of(cls, catalogue: Catalogue, wholes: Sequence[Observed]) -> "_Scatter":
         """Returns that of all parts: places alike for two sets of sizes that differ in each are alike for all."""
-        places, logarithms = joined([one.places for one in wholes]), catalogue.logarithms(catalogue.medians)
+        places, logarithms = joined([whole.places for whole in wholes]), catalogue.logarithms(catalogue.medians)
         other = catalogue.sizes(logarithms + 0.01 * np.arange(1, len(logarithms) + 1))
         seen = np.array([catalogue.repeatability_mm2(places, sizes) for sizes in (catalogue.medians, other)])
         _, first, of_place = np.unique(seen, axis=1, return_index=True, return_inverse=True)
         chosen, own, shared = places.chosen(first), list[Array](), list[tuple[Array, Integers]]()
-        ends = np.cumsum([len(one.places) for one in wholes])
-        for one, which in zip(wholes, np.split(of_place.reshape(-1), ends[:-1]), strict=True):
-            if one.functional is None:
+        ends = np.cumsum([len(whole.places) for whole in wholes])
+        for observed, which in zip(wholes, np.split(of_place.reshape(-1), ends[:-1]), strict=True):
+            if observed.functional is None:
                 own.append(np.eye(len(first))[which])
-                shared.append((np.zeros((len(one), 0)), which[:0]))
+                shared.append((np.zeros((len(observed), 0)), which[:0]))
                 continue
-            alone = np.count_nonzero(one.functional, axis=0) == 1
-            own.append(one.functional[:, alone] ** 2 @ np.eye(len(first))[which[alone]])
-            shared.append((one.functional[:, ~alone], which[~alone]))
+            alone = np.count_nonzero(observed.functional, axis=0) == 1
+            own.append(observed.functional[:, alone] ** 2 @ np.eye(len(first))[which[alone]])
+            shared.append((observed.functional[:, ~alone], which[~alone]))
         return cls(lambda sizes: catalogue.repeatability_mm2(chosen, sizes), np.vstack(own), tuple(shared))
 
 
@@ -280,11 +282,11 @@ def _square(rows: slice | Integers) -> tuple[Any, ...]:
 def _by_part(parts: Sequence[Observed]) -> list[list[Observed]]:
     """Returns observations one after the other that are of one part together."""
     found: list[list[Observed]] = []
-    for one in parts:
-        if found and _of_one_part(found[-1][-1], one):
-            found[-1].append(one)
+    for part in parts:
+        if found and _of_one_part(found[-1][-1], part):
+            found[-1].append(part)
         else:
-            found.append([one])
+            found.append([part])
     return found
 
 

@@ -30,11 +30,11 @@ class Book:
     @property
     def by_identity(self) -> Mapping[Identity, TrackedSeries]:
         """Series by what they are known by."""
-        return {one.series.identity: one for one in self.tracked}
+        return {series.series.identity: series for series in self.tracked}
 
     def named(self, names: Sequence[str]) -> "Book":
         """Returns the book of these characteristics alone; () all. Raises SER-UNKNOWN for an unknown name."""
-        known = {one.series.name for one in self.tracked}
+        known = {series.series.name for series in self.tracked}
         for name in names:
             if name not in known:
                 raise Code.SER_UNKNOWN.refusal(
@@ -42,27 +42,29 @@ class Book:
                     hint=f"they are: {', '.join(sorted(known))}",
                     values={"characteristic": name},
                 )
-        return replace(self, tracked=tuple(one for one in self.tracked if not names or one.series.name in names))
+        return replace(
+            self, tracked=tuple(series for series in self.tracked if not names or series.series.name in names)
+        )
 
     @property
     def waiting(self) -> tuple[Proposal, ...]:
         """Proposals that hold now, and of which nothing was decided: a later part supersedes them."""
         now = self.by_identity
         return tuple(
-            one
-            for one in self.proposals
-            if self.verdict(one) is None
+            proposal
+            for proposal in self.proposals
+            if self.verdict(proposal) is None
             and all(
                 (series := now.get(effect.series)) is not None
                 and len(series.parts) == effect.parts
                 and series.in_force_mm == effect.in_force_mm
-                for effect in one.effects
+                for effect in proposal.effects
             )
         )
 
     def verdict(self, proposal: Proposal) -> ProposalDecision | None:
         """Returns what was decided of a proposal; None while nothing was."""
-        return next((one for one in self.decisions if one.proposal == proposal.id), None)
+        return next((decision for decision in self.decisions if decision.proposal == proposal.id), None)
 
 
 def part_types(store: Store) -> tuple[str, ...]:
@@ -112,8 +114,8 @@ def read_book(store: Store, part_type: str, options: SeriesOptions) -> Book:
 def _latest(kept: Sequence[Kept[Inspection]]) -> tuple[list[Kept[Inspection]], list[Finding]]:
     """The latest inspection of each part."""
     by_part: dict[Identity, list[Kept[Inspection]]] = {}
-    for one in kept:
-        by_part.setdefault(one.value.part.identity, []).append(one)
+    for stored in kept:
+        by_part.setdefault(stored.value.part.identity, []).append(stored)
     findings = [inspected_again(of_it[-1].value, len(of_it)) for of_it in by_part.values() if len(of_it) > 1]
     return [of_it[-1] for of_it in by_part.values()], findings
 
@@ -139,7 +141,7 @@ class _Records:
     @property
     def accepted(self) -> Mapping[str, ProposalDecision]:
         """Decisions by proposal, of those accepted."""
-        return {one.proposal: one for one in self.decisions if one.verdict == "accepted"}
+        return {decision.proposal: decision for decision in self.decisions if decision.verdict == "accepted"}
 
     @property
     def factors(self) -> Mapping[Identity, float]:
@@ -162,13 +164,13 @@ class _Records:
 
     def in_order(self, kept: Sequence[Kept[Inspection]]) -> tuple[tuple[PartSeen, ...], tuple[Finding, ...]]:
         """Returns the parts as they were cut, each with what was in force, and what is in doubt of their order."""
-        order, findings = parts_in_order([self._when(one, k) for k, one in enumerate(kept)])
+        order, findings = parts_in_order([self._when(stored, k) for k, stored in enumerate(kept)])
         seen: list[PartSeen] = []
         before: Cut | None = None
-        for one in (kept[k] for k in order):
-            cut = self.cuts.get(one.value.part.serial)
+        for stored in (kept[k] for k in order):
+            cut = self.cuts.get(stored.value.part.serial)
             anew = before is not None and cut is not None and before.setting != cut.setting
-            seen.append(self._seen(one, set_before=anew, counts=cut is None or cut.identity not in self.quarantined))
+            seen.append(self._seen(stored, set_before=anew, counts=cut is None or cut.identity not in self.quarantined))
             before = cut or before
         return tuple(seen), findings
 
@@ -210,29 +212,31 @@ def came_after(kept: Kept[Inspection], decision: ProposalDecision) -> bool:
 
 
 def _read(store: Store, part_type: str) -> _Records:
-    cuts = [one.value for one in find(store, Cut, part_type=part_type)]
-    early = {one.identity for one in cuts if one.stage is not Stage.FINISH}
+    cuts = [stored.value for stored in find(store, Cut, part_type=part_type)]
+    early = {cut.identity for cut in cuts if cut.stage is not Stage.FINISH}
     of_early = (
-        {one.value.inspection for one in find(store, InspectionLink) if one.value.cut in early} if early else set()
+        {stored.value.inspection for stored in find(store, InspectionLink) if stored.value.cut in early}
+        if early
+        else set()
     )
-    proposals = tuple(one.value for one in find(store, Proposal, part_type=part_type))
-    ids = {one.id for one in proposals}
+    proposals = tuple(stored.value for stored in find(store, Proposal, part_type=part_type))
+    ids = {proposal.id for proposal in proposals}
     return _Records(
         inspections=tuple(
-            one
-            for one in find(store, Inspection, part_type=part_type)
-            if one.value.identity not in of_early and any(sizes_of(one.value))
+            stored
+            for stored in find(store, Inspection, part_type=part_type)
+            if stored.value.identity not in of_early and any(sizes_of(stored.value))
         ),
-        cuts={one.part.serial: one for one in cuts if one.stage is Stage.FINISH},
+        cuts={cut.part.serial: cut for cut in cuts if cut.stage is Stage.FINISH},
         quarantined=frozenset(_quarantined(store)) if cuts else frozenset(),
         proposals=proposals,
-        decisions=tuple(one.value for one in find(store, ProposalDecision) if one.value.proposal in ids),
-        stated={one.value.inspection: one.value.proposals for one in find(store, PartCutWith)} if ids else {},
+        decisions=tuple(stored.value for stored in find(store, ProposalDecision) if stored.value.proposal in ids),
+        stated={stored.value.inspection: stored.value.proposals for stored in find(store, PartCutWith)} if ids else {},
     )
 
 
 def _quarantined(store: Store) -> Iterator[Identity]:
     """Cuts that are to teach nothing: of each the latest word counts."""
-    words = sorted((one.value for one in find(store, Quarantine)), key=lambda one: one.at)
-    latest = {one.cut: one.lifted for one in words}
+    words = sorted((stored.value for stored in find(store, Quarantine)), key=lambda quarantine: quarantine.at)
+    latest = {word.cut: word.lifted for word in words}
     yield from (cut for cut, lifted in latest.items() if not lifted)

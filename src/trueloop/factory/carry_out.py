@@ -60,7 +60,7 @@ def write(
     for value in changes.keep:
         keeping.keep(value)
     at = stamp(now)
-    done = tuple(_write_order(reader, keeping, before.get(one.order.id), one, at) for one in changes.orders)
+    done = tuple(_write_order(reader, keeping, before.get(order.order.id), order, at) for order in changes.orders)
     for table, row in changes.rows:
         reader.connection.execute(insert(_LOGS[table]).values(**row))
     for event in changes.events:
@@ -115,22 +115,22 @@ def _of_step(step: StepNow, at: str) -> dict[str, Any]:
 
 def _new_order(reader: StoreReader, keeping: Keeping, new: OrderNow, at: str) -> OrderNow:
     name, machine = new.order.id, new.order.machine.name
-    rows = [replace(one, row=keeping.keep(one.value).row) for one in new.parts]
+    rows = [replace(part, row=keeping.keep(part.value).row) for part in new.parts]
     new = replace(new, parts=tuple(rows))
     state = {"state": new.state, "machine": machine, "changed_at": at, "armed_parts": new.armed_parts}
     reader.connection.execute(insert(ORDER_STATE).values(order=name, number=new.number, version=new.version, **state))
     parts = [
         {
-            **{"part": one.row, "state": one.state.value, "order": name, "machine": machine, "changed_at": at},
-            **{"held_why": one.held_why, "version": one.version},
+            **{"part": part.row, "state": part.state.value, "order": name, "machine": machine, "changed_at": at},
+            **{"held_why": part.held_why, "version": part.version},
         }
-        for one in new.parts
+        for part in new.parts
     ]
     reader.connection.execute(insert(PART_STATE), parts)
     steps = [
-        {"order": name, "part": one.row, "no": step.no, "kind": step.kind.value, **_of_step(step, at)}
-        for one in new.parts
-        for step in one.steps
+        {"order": name, "part": part.row, "no": step.no, "kind": step.kind.value, **_of_step(step, at)}
+        for part in new.parts
+        for step in part.steps
     ]
     reader.connection.execute(insert(STEP), steps)
     return new
@@ -159,9 +159,9 @@ def carry_out(store: Store, request: ask.Request, by: By, now: datetime, expecte
         known = StoreReader(connection, store.codec)
         facts = load(known, request, book)
         before = _orders_in(facts)
-        for one in before.values():
-            if expected is not None and str(one.version) != expected:
-                raise records.stale(expected, str(one.version))
+        for order_now in before.values():
+            if expected is not None and str(order_now.version) != expected:
+                raise records.stale(expected, str(order_now.version))
         if isinstance(request, ask.NextBlock):
             require_machine(by, request.machine)
         changes = decide(facts, request, by, now)
@@ -201,7 +201,7 @@ def _plan(reader: StoreReader, request: ask.PlanOrder, _: Any) -> PlanFacts:
     ordered = reader.connection.scalars(
         query.where(part.c.part_type == request.part_type, part.c.serial.in_(request.serials))
     )
-    wanted = {one.program_sha256 for one in request.blocks}
+    wanted = {block.program_sha256 for block in request.blocks}
     released = reader.connection.scalars(
         select(PROGRAM_RELEASE.c.program_sha256).where(PROGRAM_RELEASE.c.program_sha256.in_(wanted))
     )
@@ -229,7 +229,7 @@ def _proposal(reader: StoreReader, request: ask.DecideProposal, book: ProposalFa
     if book.book is None:
         return book
     now = tuple(reader.values(ProposalDecision, identity=request.proposal))
-    others = tuple(one for one in book.book.decisions if one.proposal != request.proposal)
+    others = tuple(decision for decision in book.book.decisions if decision.proposal != request.proposal)
     return replace(book, book=replace(book.book, decisions=(*others, *now)))
 
 
@@ -260,7 +260,10 @@ _How = tuple[Callable[..., Any], Callable[..., Any]]
 _HOW: Final[Mapping[type, _How]] = {
     ask.PlanOrder: (_plan, plan.plan_order),
     ask.NextBlock: (lambda known, request, _: next_of(known, request.machine), plan.next_block),
-    ask.RecordFacts: (lambda known, request, _: runs_of(known, [one.run for one in request.facts]), runs.record_facts),
+    ask.RecordFacts: (
+        lambda known, request, _: runs_of(known, [fact.run for fact in request.facts]),
+        runs.record_facts,
+    ),
     ask.RecordTouches: (lambda known, request, _: runs_of(known, [request.run]), runs.record_touches),
     ask.RecordTemperatures: (_temperatures, runs.record_temperatures),
     ask.Calibrated: (lambda *_: None, records.calibrated),

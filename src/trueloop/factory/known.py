@@ -39,13 +39,13 @@ class PartNow:
     @property
     def reached(self) -> PartState:
         """Returns the state that its recorded steps have led to."""
-        done = [one.kind.leaves for one in self.steps if one.state is StepState.RECORDED]
+        done = [step.kind.leaves for step in self.steps if step.state is StepState.RECORDED]
         return done[-1] if done else PartState.PLANNED
 
     @property
     def next(self) -> StepNow | None:
         """Returns the first step that is not recorded."""
-        return next((one for one in self.steps if one.state is not StepState.RECORDED), None)
+        return next((step for step in self.steps if step.state is not StepState.RECORDED), None)
 
     @property
     def rejected(self) -> bool:
@@ -55,18 +55,18 @@ class PartNow:
     @property
     def on_machine(self) -> bool:
         """Returns whether it is in the machine: a program has been offered for it, and it was not taken out."""
-        if self.rejected or not any(one.kind.moves and one.attempts for one in self.steps):
+        if self.rejected or not any(step.kind.moves and step.attempts for step in self.steps):
             return False
-        out = [one for one in self.steps if one.kind is BlockKind.REMOVE] or [s for s in self.steps if s.kind.moves]
-        return any(one.state is not StepState.RECORDED for one in out)
+        out = [step for step in self.steps if step.kind is BlockKind.REMOVE] or [s for s in self.steps if s.kind.moves]
+        return any(step_now.state is not StepState.RECORDED for step_now in out)
 
     def gauged_by(self, step: int) -> str:
         """Returns the run by whose touches a step CORRECT corrects: that of the last gauging before it; empty: none."""
-        return next((one.run for one in reversed(self.steps[:step]) if one.kind is BlockKind.PROBE), "")
+        return next((step_now.run for step_now in reversed(self.steps[:step]) if step_now.kind is BlockKind.PROBE), "")
 
     def with_step(self, step: StepNow) -> "PartNow":
         """Returns the part with one step as it is now."""
-        return replace(self, steps=tuple(step if one.no == step.no else one for one in self.steps))
+        return replace(self, steps=tuple(step if step_now.no == step.no else step_now for step_now in self.steps))
 
     def held(self, code: Code, why: str) -> "PartNow":
         """Returns the part held: nothing more happens to it before a person has decided."""
@@ -90,7 +90,7 @@ class OrderNow:
 
     def part(self, row: int) -> PartNow:
         """Returns the row of that number. Raises FAC-UNKNOWN."""
-        found = next((one for one in self.parts if one.row == row), None)
+        found = next((part_now for part_now in self.parts if part_now.row == row), None)
         if found is None:
             raise unknown("part", str(row), f"order {self.order.id!r} has {len(self.parts)} parts")
         return found
@@ -108,17 +108,17 @@ class OrderNow:
 
     def with_part(self, part: PartNow) -> "OrderNow":
         """Returns the order with one part as it is now, and the order's own state as follows from its parts."""
-        parts = tuple(part if one.row == part.row else one for one in self.parts)
+        parts = tuple(part if part_now.row == part.row else part_now for part_now in self.parts)
         held = part.state is PartState.HELD
         return replace(self, parts=parts, state=_state(parts), armed_parts=0 if held else self.armed_parts)
 
 
 def _state(parts: tuple[PartNow, ...]) -> str:
-    if any(one.state is PartState.HELD for one in parts):
+    if any(part.state is PartState.HELD for part in parts):
         return "held"
-    if all(one.rejected or one.next is None for one in parts):
+    if all(part.rejected or part.next is None for part in parts):
         return "done"
-    begun = any(step.state is not StepState.WAITING for one in parts for step in one.steps)
+    begun = any(step.state is not StepState.WAITING for part in parts for step in part.steps)
     return "running" if begun else "planned"
 
 

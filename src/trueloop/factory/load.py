@@ -44,7 +44,7 @@ class StoreReader:
 
     def values(self, kind: type, **columns: str) -> list[Any]:
         """Values that stand, oldest first."""
-        return [one.value for one in found(self.connection, self.codec, Query(kind_of(kind), columns))]
+        return [stored.value for stored in found(self.connection, self.codec, Query(kind_of(kind), columns))]
 
     def first(self, kind: type, *identity: str) -> Any:
         """Returns the value of an identity; None: there is none."""
@@ -98,7 +98,7 @@ def runs_of(reader: StoreReader, keys: Iterable[str]) -> RunsFacts:
             continue
         order = orders.get(run.order) or order_of(reader, run.order)
         orders[run.order] = order
-        row = next(one.row for one in order.parts if one.value.identity == run.part.identity)
+        row = next(part.row for part in order.parts if part.value.identity == run.part.identity)
         touches = reader.connection.scalars(select(RUN_TOUCHES.c.sha256).where(RUN_TOUCHES.c.run == key))
         runs[key] = KnownRun(run, row, tuple(reader.values(RunFact, run=key)), frozenset(touches))
     return RunsFacts(runs, orders)
@@ -140,19 +140,19 @@ def correction_of(
     reader: StoreReader, order: OrderNow, part: PartNow, step: StepNow, text: bytes | None
 ) -> CorrectionFacts | None:
     """Returns the correction that the part's step CORRECT led to, and whether the program to run carries its mark."""
-    done = [one for one in part.steps[: step.no] if one.kind is BlockKind.CORRECT]
+    done = [step_now for step_now in part.steps[: step.no] if step_now.kind is BlockKind.CORRECT]
     made = record_of(reader, done[-1].run) if done and done[-1].run else None
     if made is None:
         return None
     record, source = made.record, made.source_sha256
     marked = text is not None and record.id.encode().lower() in text.lower()
     as_given = step.program_sha256 == source
-    probes = [one.run for one in part.steps if one.kind is BlockKind.PROBE]
-    read = {one.sha256 for one in record.inspections} | set(record.inputs_sha256.values())
+    probes = [step_now.run for step_now in part.steps if step_now.kind is BlockKind.PROBE]
+    read = {inspection.sha256 for inspection in record.inspections} | set(record.inputs_sha256.values())
     query = select(RUN_TOUCHES.c.run).where(RUN_TOUCHES.c.run.in_(probes), RUN_TOUCHES.c.sha256.in_(sorted(read)))
     return CorrectionFacts(
         record.id,
-        tuple(one.part.identity for one in record.inspections),
+        tuple(inspection.part.identity for inspection in record.inspections),
         source,
         sha256(text).hexdigest() if text is not None and (marked or as_given) else "",
         reader.connection.scalar(query) or "",

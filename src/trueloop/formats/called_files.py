@@ -61,7 +61,7 @@ class WithCalled:
 
     def findings(self, found: Sequence[Finding]) -> list[Finding]:
         """Returns findings with the files and the lines that they are of."""
-        return [replace(one, place=self._place(one.place)) for one in found]
+        return [replace(finding, place=self._place(finding.place)) for finding in found]
 
     @contextmanager
     def placing(self) -> Iterator[None]:

@@ -341,7 +341,7 @@ def with_options(table: str, *options: object) -> Callable[[type[T]], type[T]]:
 
     A dataclass is given as its type, or as an instance where its defaults are others here.
     """
-    choices = [choice for one in options for choice in choices_of(one).values()]
+    choices = [choice for option in options for choice in choices_of(option).values()]
     keys: dict[str, Any] = {
         choice.option.key.removeprefix(f"{table}."): _field(choice)
         for choice in choices
@@ -380,8 +380,8 @@ def _checked(kind: Any, option: Option) -> Any:
     if kind is int:
         return Annotated[int, Field(ge=option.least, le=option.most or MOST_COUNTED, strict=True)]
     if isinstance(kind, UnionType):
-        first, *rest = (_checked(one, option) for one in get_args(kind))
+        first, *rest = (_checked(arg, option) for arg in get_args(kind))
         return first | rest[0]
     if get_origin(kind) is tuple:
-        return tuple[tuple(_checked(one, option) for one in get_args(kind))]  # type: ignore[misc]
+        return tuple[tuple(_checked(arg, option) for arg in get_args(kind))]  # type: ignore[misc]
     return kind

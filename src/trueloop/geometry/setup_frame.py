@@ -92,7 +92,7 @@ class SetupFrame:
 
         Junctions are the same: who goes the other way about a corner that was mirrored turns as before.
         """
-        features = tuple(self.feature(one) for one in profile.features)
+        features = tuple(self.feature(feature) for feature in profile.features)
         if not self.backwards:
             return replace(profile, features=features)
         return replace(profile, features=features[::-1], junctions=profile.junctions[::-1])

@@ -133,8 +133,10 @@ class _Temperatures:
             return
         if self._reading is not None:
             self._reading = None
-            for age_s in sorted({one.age_s for one in self._found.values()}):
-                of_it = {name: one.celsius for name, one in self._found.items() if one.age_s == age_s}
+            for age_s in sorted({temperature.age_s for temperature in self._found.values()}):
+                of_it = {
+                    name: temperature.celsius for name, temperature in self._found.items() if temperature.age_s == age_s
+                }
                 self._client.temperatures(of_it, age_s + time.monotonic() - self._read_at_s)
         if table.pins and time.monotonic() >= self._next_s:
             self._next_s = time.monotonic() + table.every_s

@@ -109,7 +109,7 @@ class Opened:
 def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Opened:
     """Opens the link; connects to nothing yet. `tell` gets what a person has to do at the control. Raises LNK-FILE."""
     table = read_link(settings, name)
-    passes = frozenset(Change(one) for one in table.passes)
+    passes = frozenset(Change(pass_) for pass_ in table.passes)
     link, replaced = link_of(table, settings.parent, tell), settings.parent / table.replaced
     return filled_from(Opened, table, name=name, link=link, passes=passes, replaced=replaced)
 
@@ -211,7 +211,7 @@ def require_same(name: str, found: list[Difference], state: str) -> None:
     if not found:
         return
     first = found[0]
-    lines = [one.line or one.other_line or 0 for one in found]
+    lines = [difference.line or difference.other_line or 0 for difference in found]
     raise Code.LNK_DIFFERS.refusal(
         f"{name!r} came back otherwise in {len(found)} lines, the first {lines[0]}: {_line_of(first)}; {state}; lines "
         f"{', '.join(map(str, lines))}",
@@ -325,7 +325,7 @@ def send(opened: Opened, content: bytes, name: str, *, replace: Replace = False,
 
 def _there(link: Link, name: str) -> bytes | None:
     """Returns the control's program of that name in any capitals: some controls know no small letters."""
-    names = [one.name for one in link.listed() if one.name.upper() == name.upper()]
+    names = [program.name for program in link.listed() if program.name.upper() == name.upper()]
     if name in names:
         return link.read(name)
     if names:

@@ -108,17 +108,17 @@ def read_milled(path: Path) -> MilledJob:
         records = [path.parent / one for one in table.entered or ()]
         changes = _changes(records, job.name)
         in_force = dict[Entry, float]()
-        for entry, change in (pair for one in changes.values() for pair in one.items()):
+        for entry, change in (pair for mapping in changes.values() for pair in mapping.items()):
             in_force[entry] = in_force.get(entry, 0.0) + change
         # Raises MIL-RECORD for an entry that moves nothing here, where its tool cuts features by other means, or where
         # no feature is cut from its work offset: it would count as never entered.
         features = tuple(cut.features.values())
         for entry, total in in_force.items():
             if entry.register in ("radius", "length"):
-                own = [one for one in features if str(one.tool) == entry.of]
-                moved = not own or any(getattr(one, f"{entry.register}_at_control") for one in own)
+                own = [feature for feature in features if str(feature.tool) == entry.of]
+                moved = not own or any(getattr(feature, f"{entry.register}_at_control") for feature in own)
             else:
-                moved = any(one.work_offset == entry.of for one in features)
+                moved = any(feature.work_offset == entry.of for feature in features)
             if total != 0.0 and not moved:
                 raise _bad_record(
                     records[-1], f"and those before enter {entry.words}, which moves no feature of the job"
@@ -154,14 +154,14 @@ def read_milled(path: Path) -> MilledJob:
 def _possible(job: MilledJobFile, cut: CutFeatures) -> tuple[Entry, ...]:
     """Returns the numbers that the control can be given, work offsets of the measurement's datums last."""
     features = cut.features.values()
-    offsets = dict.fromkeys(one.work_offset for one in features)
+    offsets = dict.fromkeys(feature.work_offset for feature in features)
     turns = job.rotation and len(offsets) == 1  # each turns about a zero of its own, which the job does not state
     registers: tuple[Register, ...] = ("x", "y", "z", "turn") if turns else ("x", "y", "z")
     datums = {job.frame.x, job.frame.y, job.frame.z, *(job.frame.turn or ())}
-    of_datums = {one.work_offset for one in features if one.name in datums}
+    of_datums = {feature.work_offset for feature in features if feature.name in datums}
     return (
-        *(Entry("radius", str(n)) for n in sorted({one.tool for one in features if one.radius_at_control})),
-        *(Entry("length", str(n)) for n in sorted({one.tool for one in features if one.length_at_control})),
+        *(Entry("radius", str(n)) for n in sorted({feature.tool for feature in features if feature.radius_at_control})),
+        *(Entry("length", str(n)) for n in sorted({feature.tool for feature in features if feature.length_at_control})),
         *(Entry(register, name) for name in sorted(offsets, key=of_datums.__contains__) for register in registers),
     )
 
@@ -170,23 +170,23 @@ def entries_for_next_part(job: MilledJob) -> Proposal:
     """Returns the numbers to enter before the next part. Raises MIL-ENTRY for a change above the job's limits."""
     with in_file(job.path):
         found = propose(job.name, job.parts, job.possible, job.step_mm)
-    for one in found.proposed:
-        turn = one.entry.register == "turn"
+    for entry in found.proposed:
+        turn = entry.entry.register == "turn"
         unit, scale = ("µrad", 1e6) if turn else ("µm", UM_PER_MM)
         limit = job.job.limits.turn_urad if turn else job.job.limits.entry_um
-        if abs(one.change) * scale > limit:
+        if abs(entry.change) * scale > limit:
             key = "limits.turn_urad" if turn else "limits.entry_um"
             raise Code.MIL_ENTRY.refusal(
-                f"{one.entry.words} would change by {one.change * scale:+.0f} {unit}, the limit is {limit:g}",
+                f"{entry.entry.words} would change by {entry.change * scale:+.0f} {unit}, the limit is {limit:g}",
                 hint="look at the readings first: a wrong work offset, an exchanged tool or features under names of "
                 "others look like this",
                 place=Place(str(job.path)),
                 override=f"a larger `{key}` in the job",
-                values={"entry": one.entry.words, "change": one.change * scale, "limit": limit},
+                values={"entry": entry.entry.words, "change": entry.change * scale, "limit": limit},
             )
-        if one.entry.register == "radius":
+        if entry.entry.register == "radius":
             with in_file(job.path):
-                job.cut.require_room(one.entry.of, one.total)
+                job.cut.require_room(entry.entry.of, entry.total)
     return found
 
 
@@ -200,10 +200,10 @@ def record_of(job: MilledJob, proposal: Proposal) -> bytes:
         "made_at": datetime.now(UTC).isoformat(timespec="seconds"),
         "made_by": user_name(),
         "inputs": {Path(relpath(file, job.path.parent)).as_posix(): sha256_of(file.read_bytes()) for file in job.files},
-        "before": {digest: [_stated(*pair) for pair in one.items()] for digest, one in job.changes.items()},
+        "before": {digest: [_stated(*pair) for pair in mapping.items()] for digest, mapping in job.changes.items()},
         "entries": [
-            {**_stated(one.entry, one.change), "total": one.total, "standard_u": one.standard_u}
-            for one in proposal.proposed
+            {**_stated(entry.entry, entry.change), "total": entry.total, "standard_u": entry.standard_u}
+            for entry in proposal.proposed
         ],
     }
     return (json.dumps(about, ensure_ascii=False, indent=2) + "\n").encode()
@@ -226,9 +226,9 @@ def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
     file = path.parent / table.file
     mapping = None if table.mapping is None else path.parent / table.mapping
     found = read_measured_file(file, StatedFacts(table.unit, mapping, "measured.unit")).inspections
-    chosen = [one for one in found if table.serial in (None, one.part.serial)]
+    chosen = [inspection for inspection in found if table.serial in (None, inspection.part.serial)]
     if not chosen:
-        serials = [one.part.serial for one in found]
+        serials = [inspection.part.serial for inspection in found]
         raise Code.MSR_SERIAL.refusal(
             f"{file.name!r} has no part {table.serial!r}; its {len(serials)} parts are {', '.join(serials[:20])}",
             hint="correct `measured.serial`, or leave it out for all parts of the file",
@@ -244,12 +244,14 @@ def _by_part(inspections: Iterator[Inspection]) -> Iterator[tuple[str, list[Read
     What was measured in the frame of the machine, or of the device, holds no positions in the part's.
     """
     found = list[tuple[str, list[Reading]]]()
-    for one in inspections:
-        readings = [each for each in one.readings if one.frame == "part" or each.quantity is not Quantity.POSITION]
-        if found and one.part.serial and found[-1][0] == one.part.serial:
+    for inspection in inspections:
+        readings = [
+            each for each in inspection.readings if inspection.frame == "part" or each.quantity is not Quantity.POSITION
+        ]
+        if found and inspection.part.serial and found[-1][0] == inspection.part.serial:
             found[-1][1].extend(readings)
         else:
-            found.append((one.part.serial, readings))
+            found.append((inspection.part.serial, readings))
     yield from found
 
 
@@ -261,19 +263,19 @@ def _part(
     in_force: Entered,
     number: int,
 ) -> tuple[Part, list[str]]:
-    serial, readings = measured[0], [_renamed(one, job.names, tuple(features)) for one in measured[1]]
-    pairs = [(one, seen(features, frame, one)) for one in readings]
-    used = [(one, what) for one, what in pairs if what is not None]
+    serial, readings = measured[0], [_renamed(reading, job.names, tuple(features)) for reading in measured[1]]
+    pairs = [(reading, seen(features, frame, reading)) for reading in readings]
+    used = [(reading, what) for reading, what in pairs if what is not None]
     if not used:
-        measured_names = sorted({one.feature for one in readings})[:20]
+        measured_names = sorted({reading.feature for reading in readings})[:20]
         raise Code.MIL_NONE.refusal(
             f"none of {len(readings)} readings of part {serial!r} is a size or coordinate of a feature of the job; the "
             f"file's features are {', '.join(map(repr, measured_names)) or 'not named'}",
             hint='give the job\'s names in the table [names]: `CIR1 = "B1"`',
             values={"readings": len(readings), "features": measured_names},
         )
-    for one, what in used:
-        off_um = (one.actual - what.nominal_mm) * UM_PER_MM
+    for reading, what in used:
+        off_um = (reading.actual - what.nominal_mm) * UM_PER_MM
         if abs(off_um) > job.limits.deviation_um:
             raise Code.MIL_LARGE.refusal(
                 f"{what.name} of part {serial!r} deviates by {off_um:+.0f} µm, the limit is "
@@ -283,8 +285,8 @@ def _part(
                 values={"name": what.name, "deviation_um": off_um, "limit_um": job.limits.deviation_um},
             )
     shown = by_depth([what for _, what in used])
-    observed = observed_of(shown, [one for one, _ in used], (job.name, number), job.measuring_u_um / UM_PER_MM)
-    return Part(serial, shown, observed, in_force), [one.characteristic for one, what in pairs if what is None]
+    observed = observed_of(shown, [reading for reading, _ in used], (job.name, number), job.measuring_u_um / UM_PER_MM)
+    return Part(serial, shown, observed, in_force), [reading.characteristic for reading, what in pairs if what is None]
 
 
 def _renamed(reading: Reading, listed: Mapping[str, str], features: tuple[str, ...]) -> Reading:

@@ -83,7 +83,7 @@ def cut_features(path: Path, job: MilledJobFile) -> CutFeatures:
     if job.program is None:
         features = [_feature(one, scale, tools.get(one.tool or 0)) for one in job.feature]
         diameters = frozenset(str(one.number) for one in job.tool if one.register_is == "diameter")
-        return CutFeatures({one.name: one for one in features}, diameters)
+        return CutFeatures({feature.name: feature for feature in features}, diameters)
     file = path.parent / job.program.file
     passes, dialect = program_passes(file, job.program)
     cutters = {one.number: scale * one.cutter_radius for one in job.tool if one.cutter_radius is not None}
@@ -94,27 +94,27 @@ def cut_features(path: Path, job: MilledJobFile) -> CutFeatures:
     ]
     with in_file(file):
         found = by.resolved(asked)
-        used = {one.tool for one, line in found if line is not None}
+        used = {feature.tool for feature, line in found if line is not None}
         registers = {str(tool): by.registers(tool) for tool in sorted(used)}
     apart = [table for table, (_, line) in zip(job.feature, found, strict=True) if line is None]
     for table in apart:
         _require_stated(table, tools.get(table.tool or 0), file)
     for tool in used:
-        own = {one.radius_at_control for one, line in found if line is not None and one.tool == tool}
+        own = {feature.radius_at_control for feature, line in found if line is not None and feature.tool == tool}
         of_program = tool not in {table.tool for table in apart}  # else the key is about what this program does not cut
         _require_register(tools.get(tool), dialect, own if of_program else {True, False})
     stated = {tool: one.register_is for tool, one in tools.items() if one.register_is is not None}
     register_is = {tool: stated.get(tool, REGISTER_OF.get(dialect, "radius")) for tool in {*used, *tools}}
     corners = {str(tool): passes.tightest_corner_mm(tool) for tool in used}
     return CutFeatures(
-        features={one.name: one for one, _ in found},
+        features={feature.name: feature for feature, _ in found},
         diameters=frozenset(str(tool) for tool, holds in register_is.items() if holds == "diameter"),
         radius_words={tool: _words("D", one.radius, dialect) for tool, one in registers.items()},
         length_words={tool: _words("H", one.length, dialect) for tool, one in registers.items()},
         corner_mm={tool: corner for tool, corner in corners.items() if corner is not None},
         cutter_mm={str(tool): radius for tool, radius in by.radius_mm.items()},
-        lines={one.name: line for one, line in found if line is not None},
-        stated=tuple(one.name for one, line in found if line is None),
+        lines={feature.name: line for feature, line in found if line is not None},
+        stated=tuple(feature.name for feature, line in found if line is None),
         dialect=dialect,
         inch=bool(passes.path.inch[-1]) if len(passes.path) else None,
     )
@@ -233,12 +233,12 @@ def new_milled_job(
     passes, dialect = program_passes(program, ProgramTable.model_validate(dict(reading)))
     proposed, notes = proposed_features(passes, radius_mm, wear)
     found = list[MilledFeature]()
-    for one in proposed:
+    for feature in proposed:
         try:
-            [(cut, _)] = CutBy(passes, dialect, radius_mm).resolved([(one, StatedCut())])
+            [(cut, _)] = CutBy(passes, dialect, radius_mm).resolved([(feature, StatedCut())])
             found.append(cut)
         except TrueloopError as refusal:
-            notes.append(f"{one.name} left out: {refusal.message}; {refusal.hint}")
+            notes.append(f"{feature.name} left out: {refusal.message}; {refusal.hint}")
     if not found:
         raise Code.MIL_NOT_CUT.refusal(
             f"{program.name!r} shows no feature" + "".join(f"; {note}" for note in notes[:5]),
@@ -248,7 +248,9 @@ def new_milled_job(
             values={"feature": ""},
         )
     with in_file(program):
-        found = [cut for cut, _ in CutBy(passes, dialect, radius_mm).resolved([(one, StatedCut()) for one in found])]
+        found = [
+            cut for cut, _ in CutBy(passes, dialect, radius_mm).resolved([(feature, StatedCut()) for feature in found])
+        ]
     inch = bool(passes.path.inch[-1])
     scale = 1.0 / MM_PER_INCH if inch else 1.0
     own = MilledProgramTable.model_validate(
@@ -259,7 +261,7 @@ def new_milled_job(
         f"name = {quoted(name)}",
         f'unit = "{"inch" if inch else "mm"}"',
         "",
-        *(line for one in found for line in _feature_lines(one, scale)),
+        *(line for feature in found for line in _feature_lines(feature, scale)),
         "[program]",
         f"file = {quoted(own.file.as_posix())}",
         f"dialect = {quoted(dialect)}",
@@ -291,7 +293,7 @@ def _feature_lines(one: MilledFeature, scale: float) -> list[str]:
 
 
 def _tool_lines(features: Sequence[MilledFeature], radius: Mapping[int, float]) -> list[str]:
-    used = sorted({one.tool for one in features} & set(radius))
+    used = sorted({feature.tool for feature in features} & set(radius))
     return [
         line
         for tool in used
@@ -325,4 +327,4 @@ def write_probing_program(path: Path, output: Path, probe: MacroProbe) -> tuple[
 
 def names_table(made: ProbeProgram) -> str:
     """Returns the table by which a job reads the print-out: features by their numbers."""
-    return "\n".join(["[names]", *(f'"{n}" = {quoted(one.name)}' for n, one in enumerate(made.measured, 1))])
+    return "\n".join(["[names]", *(f'"{n}" = {quoted(feature.name)}' for n, feature in enumerate(made.measured, 1))])

@@ -12,7 +12,7 @@ from trueloop.units import MM_PER_INCH, UM_PER_MM
 def entry_lines(job: MilledJob, proposal: Proposal, say: Texts = ENGLISH) -> list[str]:
     """Returns a line for each number, in the unit of the control and of its register, and the RMS with all of them."""
     before, after = (UM_PER_MM * value for value in proposal.rms_mm)
-    lines = [_entry_line(job, one, say) for one in proposal.proposed]
+    lines = [_entry_line(job, entry, say) for entry in proposal.proposed]
     nothing = [] if lines else [say("nothing to enter: no number is known to be off")]
     rms = say(
         "expected deviation, RMS: {before:.1f} µm unchanged, {after:.1f} µm with these numbers",

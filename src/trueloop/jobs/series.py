@@ -91,9 +91,9 @@ def add_files(store: Store, paths: Sequence[Path], adding: Adding) -> list[Added
 def _added(store: Store, path: Path, adding: Adding) -> AddedFile:
     file = read_measured_file(path, adding.stated)
     of_type = _of_type(path, file.inspections, adding.part_type)
-    inspections = [_named(path, one, adding, len(of_type)) for one in of_type]
-    if not any(True for one in inspections for _ in sizes_of(one)):
-        readings = sum(len(one.readings) for one in inspections)
+    inspections = [_named(path, inspection, adding, len(of_type)) for inspection in of_type]
+    if not any(True for inspection in inspections for _ in sizes_of(inspection)):
+        readings = sum(len(inspection.readings) for inspection in inspections)
         raise Code.SER_NONE.refusal(
             f"{file.path.name!r} holds {readings} readings of {len(inspections)} parts, 0 of them sizes with a nominal",
             hint="a series follows diameters, radii, lengths and positions that state their nominal; touches belong to "
@@ -106,18 +106,22 @@ def _added(store: Store, path: Path, adding: Adding) -> AddedFile:
     for finding in findings:
         if finding.severity is Severity.ERROR:
             raise finding.as_error()
-    values = {one.identity for one in (kept.value for kept in stored)}
+    values = {inspection.identity for inspection in (kept.value for kept in stored)}
     same = {_content(kept.value) for kept in stored if kept.value.identity not in {i.identity for i in inspections}}
-    wanted = [one for one in inspections if one.identity in values or _content(one) not in same]
-    cut_with = _cut_with(store, part_type, adding, [one for one in wanted if one.identity not in values])
+    wanted = [
+        inspection for inspection in inspections if inspection.identity in values or _content(inspection) not in same
+    ]
+    cut_with = _cut_with(
+        store, part_type, adding, [inspection for inspection in wanted if inspection.identity not in values]
+    )
     kept = [one for one in keep(store, [*wanted, *cut_with]) if isinstance(one.value, Inspection)]
     return AddedFile(
         path=path,
         part_type=part_type,
         new=tuple(one.value.part.serial for one in kept if one.new),
-        known=tuple(one.part.serial for one in inspections if not _is_new(one, kept)),
+        known=tuple(inspection.part.serial for inspection in inspections if not _is_new(inspection, kept)),
         cut_with=tuple(dict.fromkeys(name for one in cut_with for name in one.proposals)),
-        sizes=sum(1 for one in inspections for _ in sizes_of(one)),
+        sizes=sum(1 for inspection in inspections for _ in sizes_of(inspection)),
         findings=tuple(findings),
     )
 
@@ -135,10 +139,10 @@ def _content(inspection: Inspection) -> Identity:
 
 def _of_type(path: Path, inspections: Sequence[Inspection], part_type: str) -> Sequence[Inspection]:
     """Returns those of the stated part type where a file states several: serial numbers count within a type."""
-    types = list(dict.fromkeys(one.part.part_type.name for one in inspections))
+    types = list(dict.fromkeys(inspection.part.part_type.name for inspection in inspections))
     if len(types) < 2:
         return inspections
-    chosen = [one for one in inspections if part_type and one.part.part_type.name == part_type]
+    chosen = [inspection for inspection in inspections if part_type and inspection.part.part_type.name == part_type]
     if not chosen:
         listed = ", ".join(map(repr, types[:8]))
         raise Code.SER_PART.refusal(
@@ -177,15 +181,15 @@ def _findings(
     for kept in stored:
         known.update({asked.name: asked for asked, _ in sizes_of(kept.value)})
     serials = {kept.value.part.serial: kept.value for kept in stored}
-    for one in inspections:
-        if one.identity in by_identity and _content(one) in there:
+    for inspection in inspections:
+        if inspection.identity in by_identity and _content(inspection) in there:
             continue
-        yield from unit_findings(known, one)
-        yield from nominal_findings(one, used=adding.take_nominal)
-        yield from known_findings(known, one)
-        yield from _again(serials, one)
-        if not filled_in(one) or adding.take_nominal:
-            known.update({asked.name: asked for asked, _ in sizes_of(one)})
+        yield from unit_findings(known, inspection)
+        yield from nominal_findings(inspection, used=adding.take_nominal)
+        yield from known_findings(known, inspection)
+        yield from _again(serials, inspection)
+        if not filled_in(inspection) or adding.take_nominal:
+            known.update({asked.name: asked for asked, _ in sizes_of(inspection)})
 
 
 def _again(serials: dict[str, Inspection], inspection: Inspection) -> Iterator[Finding]:
@@ -209,9 +213,9 @@ def _cut_with(store: Store, part_type: str, adding: Adding, inspections: Sequenc
 
     Raises SER-PROPOSAL for a proposal that was not accepted.
     """
-    proposals = {one.value.id for one in find(store, Proposal, part_type=part_type)}
-    decided = [one.value for one in find(store, ProposalDecision) if one.value.proposal in proposals]
-    accepted = [one for one in decided if one.verdict == "accepted"]
+    proposals = {stored.value.id for stored in find(store, Proposal, part_type=part_type)}
+    decided = [stored.value for stored in find(store, ProposalDecision) if stored.value.proposal in proposals]
+    accepted = [decision for decision in decided if decision.verdict == "accepted"]
     asked = adding.cut_with
     for one in asked or ():
         if one not in {each.proposal for each in accepted}:
@@ -223,15 +227,16 @@ def _cut_with(store: Store, part_type: str, adding: Adding, inspections: Sequenc
     if not accepted:
         return []
     return [
-        PartCutWith(one.identity, _accepted_before(one, accepted) if asked is None else asked) for one in inspections
+        PartCutWith(inspection.identity, _accepted_before(inspection, accepted) if asked is None else asked)
+        for inspection in inspections
     ]
 
 
 def _accepted_before(inspection: Inspection, accepted: Sequence[ProposalDecision]) -> tuple[str, ...]:
     at = inspection.measured_at
     if at is None or at.tzinfo is None:
-        return tuple(one.proposal for one in accepted)
-    return tuple(one.proposal for one in accepted if one.at < at)
+        return tuple(decision.proposal for decision in accepted)
+    return tuple(decision.proposal for decision in accepted if decision.at < at)
 
 
 def status_of(book: Book, options: SeriesOptions) -> SeriesShape:
@@ -241,7 +246,7 @@ def status_of(book: Book, options: SeriesOptions) -> SeriesShape:
 
 def replay_of(book: Book) -> SeriesShape:
     """Returns the series as they would have been with memory."""
-    replays = [replay(one.series) for one in book.tracked]
+    replays = [replay(series.series) for series in book.tracked]
     return replay_shape(book.part_type, replays, len(book.parts), book.findings)
 
 
@@ -306,9 +311,11 @@ def _job_tool(
         for i in parts
     }
     mine = {
-        name: replace(one, feature=names[one.feature], other=names.get(one.other, ""))
-        for name, one in zip(characteristics, characteristics_in(frame, list(characteristics.values())), strict=True)
-        if one.feature in names and (not one.other or one.other in names)
+        name: replace(characteristic, feature=names[characteristic.feature], other=names.get(characteristic.other, ""))
+        for name, characteristic in zip(
+            characteristics, characteristics_in(frame, list(characteristics.values())), strict=True
+        )
+        if characteristic.feature in names and (not characteristic.other or characteristic.other in names)
     }
     return JobTool(
         profile=own.profile,
@@ -325,10 +332,13 @@ def _job_tool(
 
 def _asked(files: JobFiles, profile: Profile, book: Book) -> Mapping[str, Characteristic]:
     """The part's characteristics by name: as the job has them, else as the inspections name features of it."""
-    stated = {one.name: one for one in characteristics_of(files.located, profile)}
+    stated = {characteristic.name: characteristic for characteristic in characteristics_of(files.located, profile)}
     series = [one.series.characteristic for one in book.tracked]
-    named = {one.name: stated.get(one.name) or characteristic_on(profile, one) for one in series}
-    return {name: one for name, one in named.items() if one is not None}
+    named = {
+        characteristic.name: stated.get(characteristic.name) or characteristic_on(profile, characteristic)
+        for characteristic in series
+    }
+    return {name: characteristic for name, characteristic in named.items() if characteristic is not None}
 
 
 @dataclass(frozen=True)
@@ -349,12 +359,12 @@ def _require_uncorrected(store: Store, book: Book) -> None:
     the next correction goes on with it.
     """
     of_finished = {
-        one.value.record.id
-        for one in find(store, StoredCorrection, part_type=book.part_type, whole=False)
-        if one.value.record.cut_with is not None
+        stored.value.record.id
+        for stored in find(store, StoredCorrection, part_type=book.part_type, whole=False)
+        if stored.value.record.cut_with is not None
     }
     cuts = find(store, Cut, part_type=book.part_type) if of_finished else []
-    made = {one.value.part.serial: one.value.correction for one in cuts if one.value.correction in of_finished}
+    made = {cut.value.part.serial: cut.value.correction for cut in cuts if cut.value.correction in of_finished}
     serial = next((serial for of in book.parts if (serial := of.inspection.part.serial) in made), None)
     if serial is not None:
         raise Code.SER_CORRECTED.refusal(
@@ -374,20 +384,20 @@ def propose(store: Store, book: Book, options: SeriesOptions, job: Path | None =
     made = ProposalContext(user_name(), datetime.now(UTC))
     found = list(proposals_of(book.tracked, options, made))
     if job is not None:
-        found = [one for one in found if one.changes is not ProposalClass.TOOL_OFFSET]
+        found = [proposal for proposal in found if proposal.changes is not ProposalClass.TOOL_OFFSET]
         found += tool_proposals(book.tracked, tools_of_job(job, book), options, made)
-    known = {one.id: one for one in book.proposals}
-    kept = keep(store, [one for one in found if one.id not in known])
-    proposals = tuple(known.get(one.id, one) for one in found)
+    known = {proposal.id: proposal for proposal in book.proposals}
+    kept = keep(store, [proposal for proposal in found if proposal.id not in known])
+    proposals = tuple(known.get(proposal.id, proposal) for proposal in found)
     waiting: list[str] = []
-    for one in proposals:
-        if one.changes in options.automatic and book.verdict(one) is None:
+    for proposal in proposals:
+        if proposal.changes in options.automatic and book.verdict(proposal) is None:
             try:
-                decision = decision_on(book, one, "accepted", options, why="its class is automatic")
+                decision = decision_on(book, proposal, "accepted", options, why="its class is automatic")
                 keep(store, [replace(decision, automatic=True)])
             except TrueloopError as refused:
                 waiting.append(str(refused))
-    new = frozenset(one.value.id for one in kept if one.new)
+    new = frozenset(stored.value.id for stored in kept if stored.new)
     return SeriesProposals(read_book(store, book.part_type, options), proposals, new, tuple(waiting))
 
 
@@ -412,8 +422,8 @@ def decision_on(
 
 def proposal_named(store: Store, name: str) -> Proposal:
     """Returns the proposal whose id begins so. Raises SER-PROPOSAL where there is none, or several."""
-    every = [one.value for one in find(store, Proposal)]
-    found = [one for one in every if one.id.startswith(name)]
+    every = [stored.value for stored in find(store, Proposal)]
+    found = [proposal for proposal in every if proposal.id.startswith(name)]
     if len(found) == 1 and name:
         return found[0]
     raise Code.SER_PROPOSAL.refusal(

@@ -82,7 +82,7 @@ def minutes_in_cut(life: EdgeLife, cuts: Sequence[Cut]) -> float | None:
 def angles_deg(history: Sequence[MadePart]) -> Array:
     """Returns whole degrees about the angles seen."""
     errors = [part.semifinish for part in history] + [part.finish for part in history if part.finish is not None]
-    seen = np.degrees(np.concatenate([one.contact_angle_rad for one in errors]))
+    seen = np.degrees(np.concatenate([error.contact_angle_rad for error in errors]))
     if len(seen) == 0:
         return np.empty(0)
     low, high = np.floor(seen.min()) - BEYOND_DEG, np.ceil(seen.max()) + BEYOND_DEG
@@ -97,17 +97,24 @@ def tool_memory(store: Store, row: int, say: Texts = ENGLISH) -> ToolMemory:
 
     Raises FAC-UNKNOWN, and what the store's records refuse.
     """
-    tool = next((one for one in tool_rows(store) if one.id == row), None)
-    edge: Edge | None = next((one.value for one in find(store, Edge) if one.row == row), None)
+    tool = next((tool_row for tool_row in tool_rows(store) if tool_row.id == row), None)
+    edge: Edge | None = next((stored.value for stored in find(store, Edge) if stored.row == row), None)
     if tool is None or edge is None:
         raise unknown("tool", str(row), "the store has no edge in that row")
     parts = history_of_tool(store, edge)
-    history = [one for one in parts if one.order >= 0]
+    history = [part for part in parts if part.order >= 0]
     found = learnt(history, np.radians(angles_deg(history))) if history else None
     of_edge = [life for life in lives_in(store) if life.edge.identity == edge.identity]
     every = [event for life in of_edge for event in life.events]
     return _view(
-        tool, parts, found, tuple(ToolEvent(one.at, str(one.kind), one.by, dict(one.values)) for one in every), say
+        tool,
+        parts,
+        found,
+        tuple(
+            ToolEvent(edge_event.at, str(edge_event.kind), edge_event.by, dict(edge_event.values))
+            for edge_event in every
+        ),
+        say,
     )
 
 
@@ -115,7 +122,7 @@ def _view(
     tool: ToolRow, parts: Sequence[MadePart], knowledge: EdgeKnowledge | None, events: tuple[ToolEvent, ...], say: Texts
 ) -> ToolMemory:
     """Returns the page of an edge: of `parts` it shows its own, and predicts from those of earlier edges as well."""
-    history = [one for one in parts if one.order >= 0]
+    history = [part for part in parts if part.order >= 0]
     if knowledge is None:
         return ToolMemory(
             tool=tool,

@@ -293,7 +293,7 @@ def turning(
     """
     life = mounted_as(edges, tool, happened.at, happened.machine)
     edge = replace(life.edge, corner=corner)
-    used = [one for one in of_one_insert(edges, life) if one.edge.corner == corner]
+    used = [edge_life for edge_life in of_one_insert(edges, life) if edge_life.edge.corner == corner]
     if not corner or corner == life.edge.corner or (used and not again) or (again and not used):
         raise _corner(life, corner, used)
     begins = EdgeEventKind.SET if used else EdgeEventKind.MOUNTED
@@ -438,10 +438,10 @@ def part_name(cut: Cut) -> str:
 def _require_latest(store: Store, edges: Sequence[EdgeLife], new: Sequence[EdgeEvent]) -> None:
     for event in new:
         later = [
-            (one.at, f"{one.kind} of {edge_name(one.edge)}")
+            (edge_event.at, f"{edge_event.kind} of {edge_name(edge_event.edge)}")
             for life in edges
-            for one in life.events
-            if _one_tool(one, event) and one.at > event.at
+            for edge_event in life.events
+            if _one_tool(edge_event, event) and edge_event.at > event.at
         ]
         for cut in cuts_of(store, event.edge):
             at = time_of(cut)
@@ -490,7 +490,7 @@ def with_edge(store: Store, inputs: Inputs) -> Inputs:
     of a semi-finished part that are older than the setting.
     """
     stated, number = inputs.edge, inputs.options.tool
-    measured = [one.measured_at for one in inputs.inspections if one.measured_at is not None]
+    measured = [inspection.measured_at for inspection in inputs.inspections if inspection.measured_at is not None]
     finished = inputs.measured_finished
     at: datetime = min(measured) if finished and measured else inputs.made_at
     corner = None if inputs.called is None else inputs.called.corner

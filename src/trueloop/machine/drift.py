@@ -392,7 +392,7 @@ def with_drift(model: MachineModel, drift: DriftModel, error: ErrorName) -> Mach
 
 def turned(drift: DriftModel) -> DriftModel:
     """Returns the drift of a channel that reads in the opposite sense."""
-    members = [replace(one, weights=-one.weights, constant=-one.constant) for one in drift.members]
+    members = [replace(member, weights=-member.weights, constant=-member.constant) for member in drift.members]
     return replace(drift, members=tuple(members))
 
 

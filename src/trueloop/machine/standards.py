@@ -361,7 +361,7 @@ class JudgedPattern:
     @property
     def after_mm(self) -> tuple[float | None, ...]:
         """Returns the RMS of each plate with the correction of the others; None of a single plate."""
-        return tuple(one.after_mm for one in self.left) or (None,) * len(self.fits)
+        return tuple(left_out.after_mm for left_out in self.left) or (None,) * len(self.fits)
 
 
 def judged_pattern(
@@ -388,8 +388,10 @@ def not_repeating(left: Sequence[LeftOut]) -> str:
     """
     if len(left) < 2:
         return f"{len(left)} plates were left out and predicted: nothing shows that the pattern repeats"
-    before, after = (rms(np.array([getattr(one, name) for one in left])) for name in ("before_mm", "after_mm"))
-    worse = sum(one.after_mm >= one.before_mm for one in left)
+    before, after = (
+        rms(np.array([getattr(left_out, name) for left_out in left])) for name in ("before_mm", "after_mm")
+    )
+    worse = sum(left_out.after_mm >= left_out.before_mm for left_out in left)
     if after <= (1 - GAIN) * before and 2 * worse < len(left):
         return ""
     return (

@@ -103,11 +103,11 @@ class CutBy:
         stated, implied = dict(self.radius_mm), dict[int, float]()
         for plunging in (False, True):
             for feature, each in zip(features, walls, strict=True):
-                touches = [one for wall in each for one in wall]
+                touches = [touch for wall in each for touch in wall]
                 shown = feature.kind in INSIDE and not (plunging and self._round(touches))
-                for one in touches:
-                    if (one.climb is None) is plunging:
-                        self._imply_radius(feature, one, stated, implied if shown else {})
+                for touch in touches:
+                    if (touch.climb is None) is plunging:
+                        self._imply_radius(feature, touch, stated, implied if shown else {})
             self.radius_mm = {**implied, **stated}
 
     def _imply_radius(
@@ -131,7 +131,11 @@ class CutBy:
 
     def _round(self, touches: Sequence[Touch]) -> set[int]:
         """Returns the tools that a pass along a wall, other than a plunge, leads so that they touch it."""
-        return {one.called.tool for one in touches if one.climb is not None and one.from_air and self._touches(one)}
+        return {
+            touch.called.tool
+            for touch in touches
+            if touch.climb is not None and touch.from_air and self._touches(touch)
+        }
 
     def _one(
         self, feature: MilledFeature, stated: StatedCut, walls: Sequence[Sequence[Touch]]
@@ -142,7 +146,7 @@ class CutBy:
             last = [self._last_at_level(feature, stated)]
         else:
             last = [None]
-        found = [one for one in last if one is not None]
+        found = [touch for touch in last if touch is not None]
         self._require_seen(feature, stated, found if len(found) == len(last) else [])
         if len(found) < len(last):
             if stated.tool is None:
@@ -153,7 +157,7 @@ class CutBy:
             why = "its tool is called by a name, or before any T word"
             raise _cut(feature, why, "leave [program] out, and state `tool` of each feature, and each [[tool]]", found)
         if found[-1].called != called:
-            names = " and ".join(self._words(one) for one in found)
+            names = " and ".join(self._words(touch) for touch in found)
             raise _cut(feature, f"its walls are cut by {names}", "make two faces of it", found)
         if self.passes.sets_work_offset(found[-1].move):
             name = offset_name(called.work_offset, self.dialect)
@@ -164,7 +168,7 @@ class CutBy:
                 place=Place(line=found[-1].line),
                 values={"work_offset": name},
             )
-        sides = {None if one.climb is None else one.climb for one in found}
+        sides = {None if touch.climb is None else touch.climb for touch in found}
         side: Side = "" if len(sides) > 1 or None in sides else "climb" if True in sides else "conventional"
         name = offset_name(called.work_offset, self.dialect)
         for key, own, program in (
@@ -189,11 +193,11 @@ class CutBy:
             radius_at_control=found[0].compensated,
             length_at_control=(called.length > 0) * (-1 if called.subtracted else 1),
         )
-        return cut, max(one.line for one in found)
+        return cut, max(touch.line for touch in found)
 
     def _require_seen(self, feature: MilledFeature, stated: StatedCut, touches: Sequence[Touch]) -> None:
         """Raises MIL-CUT where a macro or a cycle that the path does not show could have cut a feature last."""
-        after = min((one.move for one in touches), default=-1)
+        after = min((touch.move for touch in touches), default=-1)
         for point in feature.surface()[0]:
             line = self.passes.hidden_after(after, point)
             if line is not None and stated.tool is None:
@@ -210,18 +214,20 @@ class CutBy:
 
     def _last(self, feature: MilledFeature, stated: StatedCut, touches: Sequence[Touch]) -> Touch | None:
         """Returns the last pass that touches a wall; None without."""
-        beside = [one for one in touches if one.from_air and one.gap_mm >= -MATCH_MM]
-        touching = [one for one in beside if self._touches(one)]
+        beside = [touch for touch in touches if touch.from_air and touch.gap_mm >= -MATCH_MM]
+        touching = [touch for touch in beside if self._touches(touch)]
         narrow = self._round(touching)  # their own plunges in the middle do not reach the wall
         unsure = [
-            one for one in beside if self._may_touch(one) and (one.climb is not None or one.called.tool not in narrow)
+            touch
+            for touch in beside
+            if self._may_touch(touch) and (touch.climb is not None or touch.called.tool not in narrow)
         ]
         if not touching and not unsure:
             self._require_side(feature, touches)
             return None
         last = self._last_of(feature, stated, touching, unsure)
-        off = [one for one in touches if one.move > last.move and one.compensated and not self._touches(one)]
-        if any(abs(one.gap_mm) <= NEAR_MM for one in off):  # the finishing pass cuts another size
+        off = [touch for touch in touches if touch.move > last.move and touch.compensated and not self._touches(touch)]
+        if any(abs(touch.gap_mm) <= NEAR_MM for touch in off):  # the finishing pass cuts another size
             raise self._not_cut(feature, [off])
         return last
 
@@ -236,22 +242,22 @@ class CutBy:
         self, feature: MilledFeature, stated: StatedCut, touching: Sequence[Touch], unsure: Sequence[Touch]
     ) -> Touch:
         """Returns the last of passes. Raises MIL-CUT where it is not plain which that is."""
-        if not touching and len({one.called for one in unsure}) == 1:
+        if not touching and len({touch.called for touch in unsure}) == 1:
             touching, unsure = unsure, []
-        after = max((one.move for one in touching), default=-1)
-        known = {one.called for one in touching if one.move == after}
-        later = [one for one in unsure if one.move > after and one.called not in known]
+        after = max((touch.move for touch in touching), default=-1)
+        known = {touch.called for touch in touching if touch.move == after}
+        later = [touch for touch in unsure if touch.move > after and touch.called not in known]
         if later:
-            tools = sorted({one.called.tool for one in later})
+            tools = sorted({touch.called.tool for touch in later})
             why = f"{self._words(later[-1])} passes there, and it is not known whether it reaches"
             radii = " ".join(f"--tool {tool}=R…" for tool in tools)
             hint = (
                 f"state `cutter_radius` of tool {' and '.join(map(str, tools))} in its [[tool]], {radii} of `mill new`"
             )
             raise _cut(feature, why, hint, [*touching, *later])
-        offsets = {one.called.work_offset for one in touching}
+        offsets = {touch.called.work_offset for touch in touching}
         if stated.work_offset is not None:
-            touching = [one for one in touching if self._is(stated.work_offset, one)] or touching
+            touching = [touch for touch in touching if self._is(stated.work_offset, touch)] or touching
         elif len(offsets) > 1:
             names = " and ".join(offset_name(number, self.dialect) for number in sorted(offsets))
             raise _cut(
@@ -260,7 +266,7 @@ class CutBy:
                 "state `work_offset` in its table [[feature]]",
                 touching,
             )
-        return max(touching, key=lambda one: one.move)
+        return max(touching, key=lambda touch: touch.move)
 
     def _is(self, stated: str, touch: Touch) -> bool:
         name = offset_name(touch.called.work_offset, self.dialect)
@@ -289,15 +295,15 @@ class CutBy:
             for move in moves.tolist()
         ]
         covers = [
-            one
-            for one in over
-            if (radius := self.radius_mm.get(one.called.tool)) is not None
-            and passes.distance_mm(one.move, (x, y)) <= (2.0 * radius if one.compensated else radius) + MATCH_MM
+            touch
+            for touch in over
+            if (radius := self.radius_mm.get(touch.called.tool)) is not None
+            and passes.distance_mm(touch.move, (x, y)) <= (2.0 * radius if touch.compensated else radius) + MATCH_MM
         ]
-        unsure = [one for one in over if one.called.tool not in self.radius_mm]
-        if not covers and len({one.called for one in over}) == 1:
+        unsure = [touch for touch in over if touch.called.tool not in self.radius_mm]
+        if not covers and len({touch.called for touch in over}) == 1:
             covers, unsure = over, []
-        heights = sorted({round(float(passes.end_mm[one.move, 2]), 6) for one in (*covers, *unsure)})
+        heights = sorted({round(float(passes.end_mm[cover.move, 2]), 6) for cover in (*covers, *unsure)})
         if heights and heights[-1] - heights[0] > SAME_MM:
             raise Code.MIL_LEVELS.refusal(
                 f"{feature.name} at z {z:g} mm is cut at {len(heights)} levels, {heights[0]:g} to {heights[-1]:g} mm",
@@ -312,13 +318,13 @@ class CutBy:
 
     def _require_side(self, feature: MilledFeature, touches: Sequence[Touch]) -> None:
         """Raises MIL-SIDE where a pass runs where the wall is, with its tool where the material is stated to be."""
-        wrong = [one for one in touches if not one.from_air or one.gap_mm < -MATCH_MM]
+        wrong = [touch for touch in touches if not touch.from_air or touch.gap_mm < -MATCH_MM]
         behind = list[Touch]()
-        for one in wrong:
-            radius = self.radius_mm.get(one.called.tool)
-            centre = not one.compensated and radius is not None and abs(one.gap_mm + radius) <= MATCH_MM
-            if abs(one.gap_mm) <= MATCH_MM or centre:
-                behind.append(one)
+        for touch in wrong:
+            radius = self.radius_mm.get(touch.called.tool)
+            centre = not touch.compensated and radius is not None and abs(touch.gap_mm + radius) <= MATCH_MM
+            if abs(touch.gap_mm) <= MATCH_MM or centre:
+                behind.append(touch)
         if behind:
             raise Code.MIL_SIDE.refusal(
                 f"{feature.name} is stated as a {feature.kind}, and line {behind[-1].line} leads tool "
@@ -330,8 +336,8 @@ class CutBy:
 
     def _not_cut(self, feature: MilledFeature, walls: Sequence[Sequence[Touch]]) -> TrueloopError:
         x, y, z = feature.place_mm
-        beside = [one for touches in walls for one in touches if not self._touches(one)]
-        near = min(beside, key=lambda one: abs(one.gap_mm), default=None)
+        beside = [touch for touches in walls for touch in touches if not self._touches(touch)]
+        near = min(beside, key=lambda touch: abs(touch.gap_mm), default=None)
         nearest = "" if near is None else f"; the nearest, {self._words(near)}, is {near.gap_mm:+.3f} mm from the wall"
         return Code.MIL_NOT_CUT.refusal(
             f"no pass of the program cuts {feature.name}, a {feature.kind} at x {x:g}, y {y:g}, z {z:g} mm{nearest}",

@@ -74,7 +74,9 @@ class Proposal:
     @property
     def rms_mm(self) -> tuple[float, float]:
         """Returns the expected deviation from what is aimed at over all sizes, RMS: without and with the entries."""
-        off = [(one.unchanged.value - target(one.seen), one.changed.value - target(one.seen)) for one in self.expected]
+        off = [
+            (size.unchanged.value - target(size.seen), size.changed.value - target(size.seen)) for size in self.expected
+        ]
         before, after = zip(*off, strict=True)
         return rms(np.array(before)), rms(np.array(after))
 
@@ -97,20 +99,21 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     ]
     last, compared = parts[-1], against_earlier(parts, possible)
     parts = [part.without((), names) for part, names in zip(parts, compared.odd, strict=True)]
-    readings = Counter(one.name for part in parts for one in part.shown)
+    readings = Counter(size.name for part in parts for size in part.shown)
     values = [part.as_first_set() for part in parts]
     sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
-    known = after_parts(catalogue, sizes, [[one] for one in values])
-    *earlier, shows = [one.scales for of_part in known.taken for one in of_part]
-    scales = {key: scale for one in earlier for key, scale in one.items() if key[0] in LASTING} | dict(shows)
+    known = after_parts(catalogue, sizes, [[observed] for observed in values])
+    *earlier, shows = [taken.scales for of_part in known.taken for taken in of_part]
+    scales = {key: scale for mapping in earlier for key, scale in mapping.items() if key[0] in LASTING} | dict(shows)
     state = known.state
     places, functional = places_of(tuple(shown.values()), part_type, int(last.observed.places.number("part")[0]) + 1)
     unlike = {**odd_features(scales), **compared.odd[-1]}
     alike = [
-        readings[one.name] > 0 and all(feature.name not in unlike for feature in one.features) for one in shown.values()
+        readings[size.name] > 0 and all(feature.name not in unlike for feature in size.features)
+        for size in shown.values()
     ]
     weight = _weights(list(shown.values())) * alike
-    aim = np.array([one.aim_mm for one in shown.values()])
+    aim = np.array([size.aim_mm for size in shown.values()])
     lasting = state.predict(places, functional, LASTING, repeatability=False)
     effects = {one: functional @ one.basis(places) for one in {**dict.fromkeys(possible), **last.in_force}}
     off = lasting.mean_mm + _effect(effects, last.in_force) - aim
@@ -125,11 +128,11 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     now = whole.mean_mm + _effect(effects, last.in_force)
     after = whole.mean_mm + _effect(effects, totals)
     u = whole.standard_u_mm
-    read = [(one.name, value) for one, value in zip(last.shown, last.observed.value_mm.tolist(), strict=True)]
+    read = [(size.name, value) for size, value in zip(last.shown, last.observed.value_mm.tolist(), strict=True)]
     measured = {name: float(np.mean([value for other, value in read if other == name])) for name, _ in read}
     expected = tuple(
-        ExpectedSize(one, measured.get(one.name), *(_judged(one, value[k], u[k]) for value in (now, after)))
-        for k, one in enumerate(shown.values())
+        ExpectedSize(size, measured.get(size.name), *(_judged(size, value[k], u[k]) for value in (now, after)))
+        for k, size in enumerate(shown.values())
     )
     by_one = dict[Entry, str]()
     for entry in (one.entry for one in proposed):
@@ -151,8 +154,8 @@ def _weights(shown: Sequence[ObservedSize]) -> Array:
     """Returns 1 over half of each tolerance, 1/mm; of sizes without one the median of the others, or 1."""
     half = np.array(
         [
-            np.nan if one.lower_mm is None or one.upper_mm is None else 0.5 * (one.upper_mm - one.lower_mm)
-            for one in shown
+            np.nan if size.lower_mm is None or size.upper_mm is None else 0.5 * (size.upper_mm - size.lower_mm)
+            for size in shown
         ]
     )
     known = half[half > 0.0]
@@ -162,11 +165,11 @@ def _weights(shown: Sequence[ObservedSize]) -> Array:
 def _together(parts: Sequence[Part]) -> dict[str, ObservedSize]:
     """Returns what was seen of all parts by name; limits that a later file leaves out are those of an earlier one."""
     shown = dict[str, ObservedSize]()
-    for one in (one for part in parts for one in part.shown):
-        before = shown.get(one.name)
-        without = before is not None and one.lower_mm is None and one.upper_mm is None
-        shown[one.name] = (
-            replace(one, lower_mm=before.lower_mm, upper_mm=before.upper_mm) if before and without else one
+    for size in (size for part in parts for size in part.shown):
+        before = shown.get(size.name)
+        without = before is not None and size.lower_mm is None and size.upper_mm is None
+        shown[size.name] = (
+            replace(size, lower_mm=before.lower_mm, upper_mm=before.upper_mm) if before and without else size
         )
     return shown
 
@@ -180,28 +183,28 @@ def _chosen(
     later entries have made uncertain again is dropped for good.
     """
     weighted, scatter = weight * off, covariance * np.outer(weight, weight)
-    columns = {one: weight * effect for one, effect in effects.items()}
-    smallest = DEPENDENT * max((float(np.linalg.norm(one)) for one in columns.values()), default=0.0)
+    columns = {entry: weight * effect for entry, effect in effects.items()}
+    smallest = DEPENDENT * max((float(np.linalg.norm(column)) for column in columns.values()), default=0.0)
     order, dropped = list(effects), set[Entry]()
     found = dict[Entry, tuple[float, float]]()
     while True:
         tried = dict[Entry, tuple[float, dict[Entry, tuple[float, float]]]]()
-        for one in effects:
-            beside = [Entry("x", one.of), Entry("y", one.of)] if one.register == "turn" else []
+        for entry in effects:
+            beside = [Entry("x", entry.of), Entry("y", entry.of)] if entry.register == "turn" else []
             others = [columns[k] for k in (*found, *(k for k in beside if k in columns and k not in found))]
-            if one in found or one in dropped or not _determined(columns[one], others, smallest):
+            if entry in found or entry in dropped or not _determined(columns[entry], others, smallest):
                 continue
-            left, solved = _solved({k: columns[k] for k in (*found, one)}, weighted, scatter)
-            if abs(solved[one][0]) > KNOWN * solved[one][1]:
-                tried[one] = left, solved
+            left, solved = _solved({k: columns[k] for k in (*found, entry)}, weighted, scatter)
+            if abs(solved[entry][0]) > KNOWN * solved[entry][1]:
+                tried[entry] = left, solved
         if not tried:
             return found
         least = min(left for left, _ in tried.values())
         floor = 1e-9 * float(np.sum(weighted**2))
-        good = [one for one, (left, _) in tried.items() if left <= ALIKE * least + floor]
-        best = min(good, key=lambda one: (PLAINEST.index(one.register), order.index(one)))
+        good = [entry for entry, (left, _) in tried.items() if left <= ALIKE * least + floor]
+        best = min(good, key=lambda entry: (PLAINEST.index(entry.register), order.index(entry)))
         found = tried[best][1]
-        while uncertain := [one for one, (value, u) in found.items() if abs(value) <= KNOWN * u]:
+        while uncertain := [entry for entry, (value, u) in found.items() if abs(value) <= KNOWN * u]:
             dropped.add(uncertain[0])
             found = _solved({k: columns[k] for k in found if k != uncertain[0]}, weighted, scatter)[1]
 
@@ -234,7 +237,7 @@ def _in_steps(entry: Entry, change: float, step_mm: float) -> float:
 
 
 def _effect(effects: Mapping[Entry, Array], totals: Entered) -> Array:
-    return np.asarray(sum((value * effects[one] for one, value in totals.items()), np.zeros(1)))
+    return np.asarray(sum((value * effects[entry] for entry, value in totals.items()), np.zeros(1)))
 
 
 def _judged(size: ObservedSize, deviation_mm: float, u_mm: float) -> Judgement:

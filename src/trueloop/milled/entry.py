@@ -77,7 +77,7 @@ class Part:
 
     def as_first_set(self) -> Observed:
         """Returns the values without what the entries in force did to them."""
-        effect = sum((value * one.basis(self.observed.places) for one, value in self.in_force.items()), np.zeros(1))
+        effect = sum((value * entry.basis(self.observed.places) for entry, value in self.in_force.items()), np.zeros(1))
         known = self.observed.of(np.broadcast_to(effect, len(self.observed.places)))
         return replace(self.observed, value_mm=self.observed.value_mm - known)
 
@@ -86,10 +86,10 @@ class Part:
         instrument explain: a diameter and a radius of one feature are one size, and so are diameters at two depths.
         """
         rows_of = dict[tuple[object, ...], list[int]]()
-        length = np.array([float(np.linalg.norm(one.weights)) for one in self.shown])
-        for k, one in enumerate(self.shown):
-            alike = tuple(np.round(one.weights / length[k], 9).tolist())
-            rows_of.setdefault((*(feature.name for feature in one.features), alike), []).append(k)
+        length = np.array([float(np.linalg.norm(size.weights)) for size in self.shown])
+        for k, size in enumerate(self.shown):
+            alike = tuple(np.round(size.weights / length[k], 9).tolist())
+            rows_of.setdefault((*(feature.name for feature in size.features), alike), []).append(k)
         again = [rows for rows in rows_of.values() if len(rows) > 1]
         if not again:
             return ()
@@ -113,8 +113,8 @@ class Part:
         """Returns the part without the readings of some sizes and coordinates, and of some features."""
         rows = [
             k
-            for k, one in enumerate(self.shown)
-            if one.name not in sizes and all(feature.name not in features for feature in one.features)
+            for k, size in enumerate(self.shown)
+            if size.name not in sizes and all(feature.name not in features for feature in size.features)
         ]
         own = self.observed
         observed = replace(
@@ -197,7 +197,7 @@ def against_earlier(parts: Sequence[Part], possible: Sequence[Entry]) -> Against
     """
     values, odd, suspected = [part.as_first_set() for part in parts], [dict[str, None]()], ""
     for k in range(1, len(parts)):
-        before = after_parts(milled_catalogue(), _sizes_before(parts[:k]), [[one] for one in values[:k]])
+        before = after_parts(milled_catalogue(), _sizes_before(parts[:k]), [[observed] for observed in values[:k]])
         part, updated = parts[k], before.state.given(values[k])
         fitting = [
             (slip, seen)
@@ -234,7 +234,7 @@ def _of_one_feature(part: Part, updated: Updated, seen: _Seen, share: float) -> 
     """
     if seen.features == 1:
         return False
-    of = [{feature.name for feature in one.features} for one in part.shown]
+    of = [{feature.name for feature in size.features} for size in part.shown]
     names = set().union(*(own for own, shown in zip(of, seen.rows, strict=True) if shown))
     without = [seen.rows & np.array([name not in own for own in of]) for name in names]
     nothing = np.zeros(len(of))
@@ -263,15 +263,17 @@ def _slips(in_force: Entered, before: Entered) -> Iterator[_Slip]:
     """Yields the slips of single numbers, of all of one kind, and of all numbers."""
     entries = tuple(dict.fromkeys((*in_force, *before)))
     kinds = (("radius",), ("length",), ("x", "y"), ("x", "y", "z"), PLAINEST)
-    groups = [(one,) for one in entries] + [tuple(one for one in entries if one.register in kind) for kind in kinds]
+    groups = [(entry,) for entry in entries] + [
+        tuple(entry for entry in entries if entry.register in kind) for kind in kinds
+    ]
     for group in dict.fromkeys(groups):
-        stated = {one: in_force.get(one, 0.0) for one in group}
-        change = {one: value - before.get(one, 0.0) for one, value in stated.items()}
+        stated = {entry: in_force.get(entry, 0.0) for entry in group}
+        change = {entry: value - before.get(entry, 0.0) for entry, value in stated.items()}
         for factor, how in ((-1.0, "had not been entered"), (1.0, "was entered twice"), (-2.0, "had the other sign")):
-            yield _Slip({one: factor * value for one, value in stated.items()}, how)
+            yield _Slip({entry: factor * value for entry, value in stated.items()}, how)
             if change != stated:
                 last = "was still in force" if factor == -1.0 and not any(stated.values()) else f"{how} the last time"
-                yield _Slip({one: factor * value for one, value in change.items()}, last)
+                yield _Slip({entry: factor * value for entry, value in change.items()}, last)
 
 
 def _seen(part: Part, updated: Updated, moved: Entered) -> _Seen | None:
@@ -280,7 +282,7 @@ def _seen(part: Part, updated: Updated, moved: Entered) -> _Seen | None:
     Features that are far off by themselves have no part in it, unless they are most of those that show it.
     """
     places = part.observed.places
-    effect = sum((value * one.basis(places) for one, value in moved.items()), np.zeros(len(places)))
+    effect = sum((value * entry.basis(places) for entry, value in moved.items()), np.zeros(len(places)))
     displaced = np.asarray(part.observed.of(effect))
     largest = float(np.max(np.abs(displaced), initial=0.0))
     if largest < LEAST_MM:
@@ -298,7 +300,7 @@ def _seen(part: Part, updated: Updated, moved: Entered) -> _Seen | None:
 
 def _as_if(slips: Sequence[tuple[_Slip, _Seen]]) -> str:
     """Returns slips in words, as alternatives."""
-    named = [" and ".join(one.words for one, value in each.moved.items() if value != 0.0) for each, _ in slips]
+    named = [" and ".join(entry.words for entry, value in each.moved.items() if value != 0.0) for each, _ in slips]
     return ", or ".join(f"as if {who} {each.words}" for who, (each, _) in zip(named, slips, strict=True))
 
 

@@ -139,13 +139,13 @@ def _coordinate(
             y -= features[frame.x].place_mm[1] if frame.x else 0.0
         moved += _turned(features[frame.turn[0]], features[frame.turn[1]], float(axis[1] * x - axis[0] * y))
     weights = [one.coordinate_weights(vector) for one, vector in moved]
-    if any(one is None for one in weights):
+    if any(weight is None for weight in weights):
         return None
     letter = next((name for name, unit in AXES.items() if abs(np.dot(unit, axis)) == 1.0), "")
     name = f"{feature.name}, {letter}".rstrip(", ") if other is None else f"{feature.name} from {other.name}"
     if other is not None and reading.axis:
         name = f"{name}, {letter}"
-    joined = np.concatenate([one for one in weights if one is not None])
+    joined = np.concatenate([weight for weight in weights if weight is not None])
     depth = (_below_top(feature, reading) if other is None else None, *(None,) * (len(moved) - 1))
     of = tuple(one for one, _ in moved)
     return ObservedSize(name, of, depth, joined, distance, lower_mm=reading.lower_limit, upper_mm=reading.upper_limit)
@@ -181,15 +181,15 @@ def _below_top(feature: MilledFeature, reading: Reading) -> float | None:
 def by_depth(shown: Sequence[ObservedSize]) -> tuple[ObservedSize, ...]:
     """Returns sizes and coordinates with their depth in the name where they were read at several of a feature."""
     depths = dict[str, list[float]]()
-    for one in shown:
-        if one.below_top_mm[0] is not None:
-            depths.setdefault(one.name, []).append(one.below_top_mm[0])
+    for size in shown:
+        if size.below_top_mm[0] is not None:
+            depths.setdefault(size.name, []).append(size.below_top_mm[0])
     several = {name for name, own in depths.items() if max(own) - min(own) > SAME_DEPTH_MM}
     return tuple(
-        replace(one, name=f"{one.name} at {one.below_top_mm[0]:.1f} mm")
-        if one.name in several and one.below_top_mm[0] is not None
-        else one
-        for one in shown
+        replace(size, name=f"{size.name} at {size.below_top_mm[0]:.1f} mm")
+        if size.name in several and size.below_top_mm[0] is not None
+        else size
+        for size in shown
     )
 
 
@@ -198,17 +198,17 @@ def places_of(shown: Sequence[ObservedSize], part_type: str, part: int) -> tuple
     the order of cutting, and the matrix by which they follow their errors, (n, N).
     """
     rows, columns = list[Array](), list[dict[str, Array]]()
-    count = sum(len(one.weights) for one in shown)
+    count = sum(len(size.weights) for size in shown)
     at = 0
-    for one in shown:
+    for size in shown:
         row = np.zeros(count)
-        row[at : at + len(one.weights)] = one.weights
-        at += len(one.weights)
+        row[at : at + len(size.weights)] = size.weights
+        at += len(size.weights)
         rows.append(row)
-        for feature, below in zip(one.features, one.below_top_mm, strict=True):
+        for feature, below in zip(size.features, size.below_top_mm, strict=True):
             columns.append(_columns(feature, below, part_type, part))
     names = columns[0]
-    return Places({name: np.concatenate([one[name] for one in columns]) for name in names}), np.array(rows)
+    return Places({name: np.concatenate([column[name] for column in columns]) for name in names}), np.array(rows)
 
 
 def _columns(feature: MilledFeature, below_top_mm: float | None, part_type: str, part: int) -> dict[str, Array]:
@@ -237,8 +237,8 @@ def observed_of(
     with the standard uncertainty that the file states, else `u_mm`.
     """
     places, functional = places_of(shown, *of)
-    value = np.array([one.actual - what.nominal_mm for one, what in zip(readings, shown, strict=True)])
-    u = np.array([u_mm if one.standard_u is None else one.standard_u for one in readings])
+    value = np.array([reading.actual - what.nominal_mm for reading, what in zip(readings, shown, strict=True)])
+    u = np.array([u_mm if reading.standard_u is None else reading.standard_u for reading in readings])
     return Observed(places, value, u, functional)
 
 

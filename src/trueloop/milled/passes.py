@@ -143,13 +143,13 @@ class Passes:
     def around(self, centre_mm: Point, radius_mm: float, bore: bool, half_way_mm: float) -> list[Touch]:
         """Returns the passes around a bore or boss, and the plunges on its axis, that reach down to `half_way_mm`."""
         found = list[Touch]()
-        for one in self.circles:
-            if math.dist(one.centre_mm, centre_mm) > MATCH_MM or one.low_mm > half_way_mm + MATCH_MM:
+        for circle in self.circles:
+            if math.dist(circle.centre_mm, centre_mm) > MATCH_MM or circle.low_mm > half_way_mm + MATCH_MM:
                 continue
-            gap = (radius_mm - one.radius_mm) * (1.0 if bore else -1.0)
-            inside = (self.path.compensation[one.move] == LEFT) == one.counterclockwise
-            from_air = inside == bore if self.compensated(one.move) else gap > -MATCH_MM
-            found.append(self._touch(one.move, gap, one.counterclockwise == bore, from_air))
+            gap = (radius_mm - circle.radius_mm) * (1.0 if bore else -1.0)
+            inside = (self.path.compensation[circle.move] == LEFT) == circle.counterclockwise
+            from_air = inside == bore if self.compensated(circle.move) else gap > -MATCH_MM
+            found.append(self._touch(circle.move, gap, circle.counterclockwise == bore, from_air))
         if bore:
             at = self.end_mm[self.plunges]
             near = np.hypot(at[:, 0] - centre_mm[0], at[:, 1] - centre_mm[1]) <= MATCH_MM

@@ -58,9 +58,9 @@ def proposed_features(
     features += [_feature("face", (x, y, z), 0.0, 0.0) for (x, y), z in faces]
     counts = dict[Kind, int]()
     named = list[MilledFeature]()
-    for one in features:
-        counts[one.kind] = counts.get(one.kind, 0) + 1
-        named.append(replace(one, name=f"{one.kind}{counts[one.kind]}"))
+    for feature in features:
+        counts[feature.kind] = counts.get(feature.kind, 0) + 1
+        named.append(replace(feature, name=f"{feature.kind}{counts[feature.kind]}"))
     return named, list(notes)
 
 
@@ -85,38 +85,38 @@ def _round(
 ) -> Iterator[MilledFeature]:
     """Yields bores and bosses by full circles: of those about one centre and down to one depth, the last wall."""
     walls, unsure = list[tuple[Kind, Circle, float]](), list[Circle]()
-    for one in passes.circles:
-        called, compensated = passes.called(one.move), passes.compensated(one.move)
+    for circle in passes.circles:
+        called, compensated = passes.called(circle.move), passes.compensated(circle.move)
         radius = radius_mm.get(called.tool)
-        inside = _inside(passes, one)
+        inside = _inside(passes, circle)
         at_centre = wear or not compensated
         if inside is None or (at_centre and radius is None):
-            unsure.append(one)
+            unsure.append(circle)
             continue
         away = (radius or 0.0) if at_centre else 0.0
-        size = one.radius_mm + (away if inside else -away)
-        if size > SAME_MM and one.low_mm < top - SAME_MM:
-            walls.append(("bore" if inside else "boss", one, size))
-    for one in unsure:  # a roughing pass where the wall itself is known needs no answer
-        if not any(math.dist(one.centre_mm, wall.centre_mm) <= MATCH_MM for _, wall, _ in walls):
-            x, y, line = *one.centre_mm, int(passes.path.line[one.move])
-            tool = passes.called(one.move).tool
+        size = circle.radius_mm + (away if inside else -away)
+        if size > SAME_MM and circle.low_mm < top - SAME_MM:
+            walls.append(("bore" if inside else "boss", circle, size))
+    for circle in unsure:  # a roughing pass where the wall itself is known needs no answer
+        if not any(math.dist(circle.centre_mm, wall.centre_mm) <= MATCH_MM for _, wall, _ in walls):
+            x, y, line = *circle.centre_mm, int(passes.path.line[circle.move])
+            tool = passes.called(circle.move).tool
             notes[f"line {line}: a circle about x {x:.3f}, y {y:.3f} mm by tool {tool}: state its radius"] = None
     kept = dict[tuple[object, ...], tuple[Kind, Circle, float]]()
-    for kind, one, size in walls:
+    for kind, circle, size in walls:
         outwards = 1.0 if kind == "bore" else -1.0
         covered = any(
             kind == other_kind
-            and math.dist(one.centre_mm, other.centre_mm) <= MATCH_MM
+            and math.dist(circle.centre_mm, other.centre_mm) <= MATCH_MM
             and outwards * (other_size - size) > MATCH_MM
-            and other.low_mm <= one.low_mm + MATCH_MM
+            and other.low_mm <= circle.low_mm + MATCH_MM
             for other_kind, other, other_size in walls
         )
-        key = (kind, *(round(value, 2) for value in (*one.centre_mm, size)))
-        if not covered and (key not in kept or one.low_mm < kept[key][1].low_mm):
-            kept[key] = (kind, one, size)
-    for kind, one, size in kept.values():
-        yield _feature(kind, (*one.centre_mm, top), 2.0 * size, top - one.low_mm)
+        key = (kind, *(round(value, 2) for value in (*circle.centre_mm, size)))
+        if not covered and (key not in kept or circle.low_mm < kept[key][1].low_mm):
+            kept[key] = (kind, circle, size)
+    for kind, circle, size in kept.values():
+        yield _feature(kind, (*circle.centre_mm, top), 2.0 * size, top - circle.low_mm)
 
 
 def _inside(passes: Passes, circle: Circle) -> bool | None:
@@ -150,7 +150,9 @@ def _holes(
             found[key] = move
     for (x, y), move in found.items():
         low, tool = float(passes.end_mm[move, 2]), passes.called(move).tool
-        milled = any(one.kind in ROUND and math.dist(one.place_mm[:2], (x, y)) <= MATCH_MM for one in others)
+        milled = any(
+            feature.kind in ROUND and math.dist(feature.place_mm[:2], (x, y)) <= MATCH_MM for feature in others
+        )
         if milled or low >= top:
             continue
         if tool not in radius_mm:
@@ -196,19 +198,19 @@ def _pairs(walls: Sequence[Wall], top: float, notes: dict[str, None]) -> Iterato
     """
     runs = dict[tuple[object, ...], tuple[float, MilledFeature]]()
     alone = [
-        one
-        for one, others in _beside(walls, -1.0)
-        if not _add_pair(runs, one, [other for other in others if other.run == one.run], top) and not one.onto
+        wall
+        for wall, others in _beside(walls, -1.0)
+        if not _add_pair(runs, wall, [other for other in others if other.run == wall.run], top) and not wall.onto
     ]
-    alone = [one for one, others in _beside(alone, 1.0) if not any(_behind(one, other) for other in others)]
+    alone = [wall for wall, others in _beside(alone, 1.0) if not any(_behind(wall, other) for other in others)]
     left = dict[tuple[float, ...], Wall]()  # passes at several depths are of one wall
-    for one, others in _beside(alone, -1.0):
-        if not _add_pair(runs, one, [other for other in others if other.called == one.called], top):
-            left.setdefault(tuple(round(value, 2) for value in (*one.air, float(one.air @ one.start))), one)
-    for one in list(left.values())[:MOST_NOTED]:
-        (x, y), (i, j) = (0.5 * (one.start + one.end)).tolist(), (one.air + 0.0).tolist()
+    for wall, others in _beside(alone, -1.0):
+        if not _add_pair(runs, wall, [other for other in others if other.called == wall.called], top):
+            left.setdefault(tuple(round(value, 2) for value in (*wall.air, float(wall.air @ wall.start))), wall)
+    for wall in list(left.values())[:MOST_NOTED]:
+        (x, y), (i, j) = (0.5 * (wall.start + wall.end)).tolist(), (wall.air + 0.0).tolist()
         notes[
-            f"line {one.line}: a straight wall at x {x:.3f}, y {y:.3f} mm without one opposite: "
+            f"line {wall.line}: a straight wall at x {x:.3f}, y {y:.3f} mm without one opposite: "
             f"state a face with direction = [{i:.6g}, {j:.6g}, 0.0]"
         ] = None
     if len(left) > MOST_NOTED:
@@ -243,9 +245,9 @@ def _add_pair(
 
 def _beside(walls: Sequence[Wall], sense: float) -> Iterator[tuple[Wall, list[Wall]]]:
     """Yields each wall with those whose normal has its direction, `sense` 1, or the opposite one, −1."""
-    airs = np.array([one.air for one in walls]).reshape(-1, 2)
-    for one in walls:
-        yield one, [walls[k] for k in np.flatnonzero(sense * (airs @ one.air) >= PARALLEL).tolist()]
+    airs = np.array([wall.air for wall in walls]).reshape(-1, 2)
+    for wall in walls:
+        yield wall, [walls[k] for k in np.flatnonzero(sense * (airs @ wall.air) >= PARALLEL).tolist()]
 
 
 def _behind(wall: Wall, other: Wall) -> bool:
@@ -274,7 +276,7 @@ def _faces(passes: Passes, radius_mm: Mapping[int, float]) -> Iterator[tuple[Poi
     to and from walls are none.
     """
     path, run = passes.path, np.cumsum(passes.path.rapid)
-    of_walls = {int(run[move]) for move in (*passes.contour.tolist(), *(one.move for one in passes.circles))}
+    of_walls = {int(run[move]) for move in (*passes.contour.tolist(), *(circle.move for circle in passes.circles))}
     moves = [m for m in passes.level.tolist() if path.motion[m] == Motion.LINE and int(run[m]) not in of_walls]
     levels = sorted({round(float(passes.end_mm[move, 2]), 4) for move in moves}, reverse=True)
     for z in levels:

@@ -64,9 +64,9 @@ def drift(repeats: Sequence[Array], days: Array | None, calibration_u: float) ->
     The calibration's uncertainty is common to all checks and does not average out: u² = s²/n + u_cal². Of one check s
     is that of the mean of its repeats; without repeats the bias has no uncertainty.
     """
-    means, n = np.array([one.mean() for one in repeats]), len(repeats)
-    freedom = sum(len(one) - 1 for one in repeats)
-    squares = sum(float(((one - one.mean()) ** 2).sum()) for one in repeats)
+    means, n = np.array([repeat.mean() for repeat in repeats]), len(repeats)
+    freedom = sum(len(repeat) - 1 for repeat in repeats)
+    squares = sum(float(((repeat - repeat.mean()) ** 2).sum()) for repeat in repeats)
     repeatability = float(np.sqrt(squares / freedom)) if freedom else None
     between = float(means.std(ddof=1)) if n > 1 else None
     of_mean = None if between is None else between / np.sqrt(n)

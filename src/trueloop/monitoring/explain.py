@@ -63,13 +63,18 @@ def explained(z: Array, explanations: Sequence[Explanation]) -> ExplainedAlarm:
     """
     steps = np.tri(len(z)).T  # row k: a step from value k on
     of_steps = np.array([_evidence(z, step) for step in steps])
-    of_known = np.array([_evidence(z, one.shape, one.size) if np.any(one.shape) else -np.inf for one in explanations])
+    of_known = np.array(
+        [
+            _evidence(z, explanation.shape, explanation.size) if np.any(explanation.shape) else -np.inf
+            for explanation in explanations
+        ]
+    )
     top = max([0.0, of_steps.max(), *of_known])
     chance, unknown, shares = float(np.exp(-top)), float(np.exp(of_steps - top).mean()), np.exp(of_known - top)
     total = chance + unknown + float(shares.sum())
     likely = [
-        Likely(one.kind, one.words, float(share) / total, *_size(z, one.shape))
-        for one, share in zip(explanations, shares, strict=True)
+        Likely(explanation.kind, explanation.words, float(share) / total, *_size(z, explanation.shape))
+        for explanation, share in zip(explanations, shares, strict=True)
     ]
     ordered = sorted(likely, key=lambda one: one.probability, reverse=True)
     return ExplainedAlarm(tuple(ordered), unknown / total, chance / total, int(of_steps.argmax()))

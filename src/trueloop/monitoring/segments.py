@@ -44,15 +44,15 @@ class SegmentedSeries:
     @property
     def sigma(self) -> float:
         """Returns the short-term standard deviation, in the unit of the values."""
-        return next(one.base.sigma for one in self.segments if one.base is not None)
+        return next(segment.base.sigma for segment in self.segments if segment.base is not None)
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
         """Returns the alarms of all charts, in the order of the values; `index` counts in the whole series."""
         found = [
-            replace(alarm, index=one.first + alarm.index)
-            for one in self.segments
-            for chart in one.charts
+            replace(alarm, index=segment.first + alarm.index)
+            for segment in self.segments
+            for chart in segment.charts
             for alarm in chart.alarms
         ]
         return tuple(sorted(found, key=lambda alarm: alarm.index))
@@ -61,9 +61,11 @@ class SegmentedSeries:
     def z(self) -> Array:
         """Values about the centre of their segment in standard deviations, (n,); nan where there is no centre."""
         z = np.full(len(self.values), np.nan)
-        for one in self.segments:
-            if one.base is not None:
-                z[one.first : one.stop] = (self.values[one.first : one.stop] - one.base.centre) / one.base.sigma
+        for segment in self.segments:
+            if segment.base is not None:
+                z[segment.first : segment.stop] = (
+                    self.values[segment.first : segment.stop] - segment.base.centre
+                ) / segment.base.sigma
         return z
 
 

@@ -307,7 +307,7 @@ def match_trials(
     """
     owner = owners_of(plan, logged_mm, lines, calibration, reports_surface=reports_surface)
     rows = [np.flatnonzero(owner == k) for k in range(len(plan.touches))]
-    counts = [len(one) for one in rows]
+    counts = [len(row) for row in rows]
     if min(counts) != max(counts) or max(counts) < 2:
         fewest = plan.touches[int(np.argmin(counts))].point
         raise Code.PRB_TRIALS.refusal(
@@ -318,7 +318,7 @@ def match_trials(
         )
     found: list[MatchedTouches] = []
     for trial in range(counts[0]):
-        mine = sorted(int(one[trial]) for one in rows)
+        mine = sorted(int(row[trial]) for row in rows)
         places, at = [logged_mm[k] for k in mine], [lines[k] for k in mine]
         found.append(match_touches(plan, places, at, calibration, reports_surface=reports_surface))
     errors = np.array([[touch.error_mm for touch in one.touches] for one in found], dtype=np.float64)

@@ -67,13 +67,13 @@ def rows_of(file: FileOnPart, on_part: OnPart) -> Iterator[ValueRow]:
         return
     found: tuple[MatchedReading | MatchedTouch, ...] = (*matches.readings, *matches.touches)
     yield from (_matched(file, one) for one in sorted(found, key=lambda one: one.feature_index))
-    for one in matches.left:
-        yield replace(_row(one.value), reason=one.reason, is_error=one.is_error, candidates=one.candidates)
+    for left in matches.left:
+        yield replace(_row(left.value), reason=left.reason, is_error=left.is_error, candidates=left.candidates)
 
 
 def measured_as_dict(files: Iterable[FileOnPart]) -> dict[str, object]:
     """Converts files to a dict: lengths mm, angles degrees, deviations actual − nominal, x a radius."""
-    return {"files": [_file_as_dict(one) for one in files]}
+    return {"files": [_file_as_dict(part) for part in files]}
 
 
 def _file_as_dict(on_part: FileOnPart) -> dict[str, object]:

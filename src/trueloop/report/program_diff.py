@@ -19,7 +19,7 @@ WHOLE: Final = ("blanks", "line end")
 
 def difference_rows(differences: Sequence[Difference]) -> list[tuple[str, ...]]:
     """Returns a row for each word that differs, and for each line that only one of the two has."""
-    return [row for one in differences for row in _rows(one)]
+    return [row for difference in differences for row in _rows(difference)]
 
 
 def _rows(difference: Difference) -> Iterator[tuple[str, ...]]:
@@ -38,7 +38,7 @@ def _text(text: str | None, *, quoted: bool) -> str:
 
 def differences_as_dict(differences: Sequence[Difference]) -> dict[str, object]:
     """Lines by their numbers, words by their columns, both texts of each; what is not there is None."""
-    return {"differences": [_as_dict(one) for one in differences]}
+    return {"differences": [_as_dict(difference) for difference in differences]}
 
 
 def _as_dict(difference: Difference) -> dict[str, object]:

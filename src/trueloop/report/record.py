@@ -75,7 +75,7 @@ def words(record: Record) -> list[tuple[str, list[str]]]:
         ("Program", [] if program is None else [f"{program.name} ({program.dialect}{unit})"]),
         ("Tool", _tool(record)),
         ("Machine", [] if machine is None else [_named(machine.name, machine.serial)]),
-        ("Measured", [_inspected(one) for one in record.inspections]),
+        ("Measured", [_inspected(inspection) for inspection in record.inspections]),
         ("Inputs, SHA-256", [f"{digest}  {name}" for name, digest in record.inputs_sha256.items()]),
         ("Model", [*model_words(record)]),
         ("Limits", [str(limit) for limit in limits_of(record)]),

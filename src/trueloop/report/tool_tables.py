@@ -57,7 +57,7 @@ def change_words(table: ToolTable, new: NewTable) -> list[str]:
     """Describes what was changed: a line a number, its old and its new value."""
     name = f" ({new.row.name})" if new.row.name else ""
     where = f"tool {new.row.tool}{name}, {new.row.kind}, line {new.row.line}"
-    return [f"{where}: {_change(one)} {table.known_unit}" for one in new.numbers]
+    return [f"{where}: {_change(number)} {table.known_unit}" for number in new.numbers]
 
 
 def change_as_dict(record_id: str, table: ToolTable, new: NewTable, written: Path | str) -> dict[str, object]:
@@ -71,8 +71,8 @@ def change_as_dict(record_id: str, table: ToolTable, new: NewTable, written: Pat
         "line": new.row.line,
         "unit": table.known_unit,
         "numbers": [
-            {"axis": one.axis, "is": one.counts, "before": float(one.before), "after": float(one.after)}
-            for one in new.numbers
+            {"axis": number.axis, "is": number.counts, "before": float(number.before), "after": float(number.after)}
+            for number in new.numbers
         ],
         "written": str(written),
     }

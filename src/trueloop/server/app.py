@@ -198,8 +198,8 @@ def create_app(
     app.state.first = FirstAccount(store)
     app.state.sign_ins = None if oidc is None else SignIns(oidc)
     problems.install(app)
-    for one in ROUTERS:
-        app.include_router(one, prefix=PREFIX)
+    for apirouter in ROUTERS:
+        app.include_router(apirouter, prefix=PREFIX)
     app.include_router(_about_itself(), prefix=PREFIX)
     _add_monitoring(app, figures)
     pages.install(app, settings)

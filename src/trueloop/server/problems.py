@@ -149,7 +149,7 @@ def install(app: FastAPI) -> None:
 
 def _said(errors: Sequence[Any]) -> str:
     """Where and what, without what was given: it may be a password."""
-    return "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}" for one in errors[:5])
+    return "; ".join(f"{'.'.join(map(str, error['loc']))}: {error['msg']}" for error in errors[:5])
 
 
 def _where(error: Exception) -> list[str]:

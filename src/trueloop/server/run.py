@@ -55,8 +55,8 @@ class BoundedConnection(AutoHTTPProtocol):  # type: ignore[misc,valid-type]
         for same, most in ((self._of_address, MOST_OF_ADDRESS), (lambda: list(_all(self.connections)), MOST)):
             of_them = same()
             if len(of_them) > most:
-                idle = [one for one in of_them if one.is_idle and one is not self]
-                min(idle, key=lambda one: one._used_s, default=self).transport.close()
+                idle = [connection for connection in of_them if connection.is_idle and connection is not self]
+                min(idle, key=lambda connection: connection._used_s, default=self).transport.close()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forgets it."""
@@ -72,7 +72,11 @@ class BoundedConnection(AutoHTTPProtocol):  # type: ignore[misc,valid-type]
     def _of_address(self) -> list["BoundedConnection"]:
         if self.client is None or any(ip_address(self.client[0]) in network for network in self.proxies):
             return []
-        return [one for one in _all(self.connections) if one.client and one.client[0] == self.client[0]]
+        return [
+            connection
+            for connection in _all(self.connections)
+            if connection.client and connection.client[0] == self.client[0]
+        ]
 
     def _close_if_late(self) -> None:
         now_s = self.loop.time()
@@ -86,9 +90,9 @@ class BoundedConnection(AutoHTTPProtocol):  # type: ignore[misc,valid-type]
 
 def _all(connections: Collection[Any]) -> Iterator[BoundedConnection]:
     """Those that are not being closed already."""
-    for one in connections:
-        if isinstance(one, BoundedConnection) and not one.transport.is_closing():
-            yield one
+    for connection in connections:
+        if isinstance(connection, BoundedConnection) and not connection.transport.is_closing():
+            yield connection
 
 
 def bounded(proxies: Collection[str]) -> type[BoundedConnection]:

@@ -64,9 +64,9 @@ class Traces:
         """Adds further stretches, as they came."""
         with self._lock:
             kept = self._told.setdefault(machine, deque(maxlen=KEPT))
-            for one in trace.stretches:
+            for stretch in trace.stretches:
                 self._count += 1
-                kept.append((self._count, _event(self._count, trace, one, now)))
+                kept.append((self._count, _event(self._count, trace, stretch, now)))
 
     def after(self, machine: str, count: int) -> tuple[int, list[bytes]]:
         """Returns the number of a machine's last stretch, and those after the number `count`."""

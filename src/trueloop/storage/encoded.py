@@ -125,7 +125,7 @@ def _named(table: Table, columns: list[Column[Any]]) -> str:
 def rows_of(connection: Connection, table: Table, inspections: Iterable[int]) -> Iterator[Row]:
     """Yields the rows of inspections' values, each with its inspection first, in order."""
     names = ", ".join(column.name for column in table.columns)
-    which = ", ".join(str(int(one)) for one in inspections)
+    which = ", ".join(str(int(inspection)) for inspection in inspections)
     raw: Any = connection.connection.dbapi_connection
     cursor = raw.cursor()
     cursor.execute(f"SELECT {names} FROM {table.name} WHERE inspection IN ({which}) ORDER BY inspection, position")

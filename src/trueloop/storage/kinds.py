@@ -95,7 +95,7 @@ def _of_correction(correction: Correction[Any]) -> Columns:
 def _named_in_correction(correction: Correction[Any]) -> Iterable[Any]:
     record = correction.record
     named = (record.part_type, record.machine, record.tool, record.edge, record.program)
-    return *(one for one in named if one is not None), *(one.part for one in record.inspections)
+    return *(one for one in named if one is not None), *(inspection.part for inspection in record.inspections)
 
 
 SEARCHED: Final[Mapping[str, tuple[str, ...]]] = {

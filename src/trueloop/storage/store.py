@@ -242,14 +242,14 @@ def life_in(connection: Connection, codec: Codec, part: Part) -> Life:
     own = {"part_type": part.part_type.name, "serial": part.serial}
     every = {
         kind: [
-            one
-            for one in found(connection, codec, Query(kind_of(kind), own))
-            if one.value.part.identity == part.identity
+            stored
+            for stored in found(connection, codec, Query(kind_of(kind), own))
+            if stored.value.part.identity == part.identity
         ]
         for kind in (Cut, Inspection)
     }
-    links = _links(connection, codec, [joined(one.value.identity) for one in every[Cut]])
-    named = {str(one.value.correction) for one in every[Cut]} - {""}
+    links = _links(connection, codec, [joined(stored.value.identity) for stored in every[Cut]])
+    named = {str(stored.value.correction) for stored in every[Cut]} - {""}
     return Life(
         part, tuple(every[Cut]), tuple(every[Inspection]), links, tuple(_records(connection, codec, part, named))
     )
@@ -257,8 +257,8 @@ def life_in(connection: Connection, codec: Codec, part: Part) -> Life:
 
 def _links(connection: Connection, codec: Codec, cuts: list[str]) -> tuple[Kept[InspectionLink], ...]:
     kind = kind_of(InspectionLink)
-    each = (one for cut in cuts for one in found(connection, codec, Query(kind, {"cut": cut})))
-    return tuple(sorted(each, key=lambda one: one.row))
+    each = (stored for cut in cuts for stored in found(connection, codec, Query(kind, {"cut": cut})))
+    return tuple(sorted(each, key=lambda stored: stored.row))
 
 
 def _records(connection: Connection, codec: Codec, part: Part, named: set[str]) -> list[Kept[Record]]:
@@ -269,7 +269,7 @@ def _records(connection: Connection, codec: Codec, part: Part, named: set[str]) 
     if identities:
         rows |= {row.id: row for row in connection.execute(_of_ids(), {"ids": identities})}
     records = [kept(rows[number], _record(codec, rows[number].document)) for number in sorted(rows)]
-    return [one for one in records if one.value.id in named or _is_of(one.value, part)]
+    return [record for record in records if record.value.id in named or _is_of(record.value, part)]
 
 
 @cache
@@ -299,4 +299,4 @@ def _record(codec: Codec, document: str) -> Record:
 
 
 def _is_of(record: Record, part: Part) -> bool:
-    return any(one.part.identity == part.identity for one in record.inspections)
+    return any(inspection.part.identity == part.identity for inspection in record.inspections)

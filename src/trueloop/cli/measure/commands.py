@@ -64,7 +64,7 @@ def next_measurement(
     probability that a characteristic with limits is out of them, else by the error along the contour.
     """
     kinds = [one.strip() for one in instruments.split(",")]
-    if unknown := [one for one in kinds if one not in KINDS]:
+    if unknown := [kind for kind in kinds if kind not in KINDS]:
         raise typer.BadParameter(f"{unknown[0]!r} is not one of {', '.join(KINDS)}", param_hint="--with")
     taken = dict(map(_minutes, minutes or ()))
     from trueloop.formats.outputs import write_all
@@ -128,8 +128,14 @@ def _show(plan: "Plan") -> None:
     table = Table("measure", "with", box=None, pad_edge=False)
     for heading in ("minutes", "before", "after"):
         table.add_column(heading, justify="right")
-    for one in plan.chosen:
-        table.add_row(one.name, one.instrument, f"{one.minutes:.2f}", shown(one.before), shown(one.after))
+    for measurement in plan.chosen:
+        table.add_row(
+            measurement.name,
+            measurement.instrument,
+            f"{measurement.minutes:.2f}",
+            shown(measurement.before),
+            shown(measurement.after),
+        )
     console.print(table)
     more = f" No further measurement {enough}." if plan.enough else ""
     console.print(
@@ -205,9 +211,9 @@ def _print_values(mapped: "Mapped") -> None:
     file = mapped.file
     if not isinstance(file, MeasuredFile):
         return
-    shown = [replace(one, values=one.values[:SHOWN]) for one in file.inspections[:2]]
+    shown = [replace(inspection, values=inspection.values[:SHOWN]) for inspection in file.inspections[:2]]
     print_lines([""])
-    print_file(FileOnPart(file, tuple(OnPart(run, one) for run, one in enumerate(shown, 1))))
+    print_file(FileOnPart(file, tuple(OnPart(run, inspection) for run, inspection in enumerate(shown, 1))))
 
 
 PlannedJob = Annotated[Path, argument("The job whose points are to be measured.", metavar="JOB.toml")]
@@ -297,7 +303,7 @@ def convert(file: File, output: Output, unit: Unit = None, mapping: Mapping = No
         read = write_converted(file, StatedFacts(unit, mapping), output)
     for remark in read.remarks:
         typer.echo(f"{file}{'' if remark.line is None else f':{remark.line}'}: {remark.text}", err=True)
-    values = sum(one.count for one in read.inspections)
+    values = sum(inspection.count for inspection in read.inspections)
     typer.echo(f"{read.format}: {len(read.inspections)} inspections, {values} values", err=True)
     typer.echo(f"written: {output}", err=True)
 

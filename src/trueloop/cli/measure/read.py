@@ -120,14 +120,14 @@ def read(
     else:
         _print(found)
         if kept is not None:
-            print_lines([kept.words, *(one.words for one in kept.obtained)])
+            print_lines([kept.words, *(obtained.words for obtained in kept.obtained)])
             print_findings(kept.findings)
     if output is not None and part is not None:
         mappings = [] if meant.mapping is None else [meant.mapping]
         for written in write_measured(found, part, output, [*files, *part.files, *mappings]):
             typer.echo(f"written: {written}", err=True)
-    odd = [one for file in found for on_part in file.on_part for one in on_part.findings]
-    if any(one.severity is Severity.ERROR for one in odd):
+    odd = [finding for file in found for on_part in file.on_part for finding in on_part.findings]
+    if any(finding.severity is Severity.ERROR for finding in odd):
         raise typer.Exit(ExitStatus.FINDINGS)
 
 
@@ -172,16 +172,19 @@ def print_file(file: "FileOnPart") -> None:
             f"{count} {'inspection' if count == 1 else 'inspections'}"
         ]
     )
-    for one in file.on_part:
-        print_lines(["", _heading(one)])
-        rows = list(rows_of(file, one))
-        _print_table([row for row in rows if not row.reason], matched=one.matches is not None)
+    for on_part in file.on_part:
+        print_lines(["", _heading(on_part)])
+        rows = list(rows_of(file, on_part))
+        _print_table([row for row in rows if not row.reason], matched=on_part.matches is not None)
         _print_left([row for row in rows if row.reason and row.is_error])
         _print_kept([row for row in rows if row.reason and not row.is_error])
-        print_lines(one.findings)
+        print_lines(on_part.findings)
     if read.remarks:
         print_lines(["", "remarks:"])
-        print_lines(f"  line {one.line}: {one.text}" if one.line else f"  {one.text}" for one in read.remarks[:MOST])
+        print_lines(
+            f"  line {remark.line}: {remark.text}" if remark.line else f"  {remark.text}"
+            for remark in read.remarks[:MOST]
+        )
     print_lines([""])
 
 

@@ -193,6 +193,6 @@ def print_profile(name: str, profile: "Profile", centre: "CentrePath", setups: "
         "Turns are positive at convex corners.",
         markup=False,
     )
-    for one in setups:
-        turned = ", turned round" if one.flipped else ", Z mirrored by the control" if one.mirrored_z else ""
-        console.print(f"Set-up {one.name}{turned}: {one.words} of the part.", markup=False)
+    for setup in setups:
+        turned = ", turned round" if setup.flipped else ", Z mirrored by the control" if setup.mirrored_z else ""
+        console.print(f"Set-up {setup.name}{turned}: {setup.words} of the part.", markup=False)

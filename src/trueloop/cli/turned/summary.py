@@ -38,8 +38,8 @@ def print_part(corrected: PartCorrection, files: Sequence[Path]) -> None:
     console.print(f"\n{SIGNS}\n")
     for note in all_notes(corrected):
         console.print(f"- {escape(note)}")
-    for one in corrected.setups:
-        for words in _edge_words(one):
+    for setup in corrected.setups:
+        for words in _edge_words(setup):
             console.print(escape(words))
     console.print()
     *others, last = all_to_do(corrected)
@@ -61,10 +61,10 @@ def _features(corrected: PartCorrection) -> "Table":
     for heading in ("set-up", "feature", "tool", "touches", "before\nworst µm", "predicted\nworst", "\n±U (95 %)",
                     "correction")[not named :]:  # fmt: skip
         table.add_column(heading, justify="left" if heading in words else "right", no_wrap=True)
-    for one in corrected.setups:
-        for of in one.edges:
+    for setup in corrected.setups:
+        for of in setup.edges:
             for row in _rows(of):
-                table.add_row(*((one.frame.name, *row) if named else row))
+                table.add_row(*((setup.frame.name, *row) if named else row))
     return table
 
 

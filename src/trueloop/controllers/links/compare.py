@@ -172,7 +172,7 @@ def differences(first: bytes, second: bytes, passes: frozenset[Change] = frozens
 
 def in_words(differences: Sequence[Difference], dialect: str, passes: frozenset[Change]) -> list[Difference]:
     """Returns the differences with blocks and words, as the reader of that dialect splits the lines."""
-    return [_in_words(one, dialect, passes) for one in differences]
+    return [_in_words(difference, dialect, passes) for difference in differences]
 
 
 def _in_words(difference: Difference, dialect: str, passes: frozenset[Change]) -> Difference:

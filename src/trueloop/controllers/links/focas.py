@@ -369,7 +369,7 @@ class Focas:
     def listed(self) -> list[ListedProgram]:
         """Lists the programs, without the one of transfers."""
         with self._connected() as control:
-            return [one for one in directory(control) if number_of(one.name) != self.aside]
+            return [program for program in directory(control) if number_of(program.name) != self.aside]
 
     def read(self, name: str) -> bytes:
         """Reads a program, framed; one sent aside with the number that it is to have. `TABLE`: the offsets."""
@@ -378,7 +378,7 @@ class Focas:
                 return offsets_text(control, *self._counted())
             if name.endswith(PART):
                 return renumbered(upload(control, self.aside), number_of(name.removesuffix(PART)))
-            number, there = number_of(name), [one.name for one in directory(control)]
+            number, there = number_of(name), [program.name for program in directory(control)]
             if name not in there:
                 raise no_such_program(name, self.where, there)
             return upload(control, number)
@@ -395,7 +395,7 @@ class Focas:
         """Deletes the program of that name, and sends the one that was sent aside under it; else that one again."""
         number, text = number_of(name), self.read(aside)
         with self._connected() as control:
-            if any(one.name == name for one in directory(control)):
+            if any(program.name == name for program in directory(control)):
                 before = upload(control, number)
                 delete(control, number)
                 try:
@@ -425,7 +425,7 @@ class Focas:
             write_offsets(control, offsets_text(control, increment, unit), content, increment, unit)
 
     def _removed(self, control: Connection) -> None:
-        if any(number_of(one.name) == self.aside for one in directory(control)):
+        if any(number_of(program.name) == self.aside for program in directory(control)):
             delete(control, self.aside)
 
     def _counted(self) -> tuple[Decimal, Unit]:

@@ -52,7 +52,7 @@ class Folder:
         """Returns the file's bytes."""
         path = self.folder / name
         if not _may_be_read(path):
-            raise no_such_program(name, self.where, [one.name for one in self.listed()])
+            raise no_such_program(name, self.where, [program.name for program in self.listed()])
         try:
             with path.open("rb") as file:
                 content = file.read(LARGEST + 1)

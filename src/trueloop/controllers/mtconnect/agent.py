@@ -164,7 +164,7 @@ def read(
     if not is_address(url):
         raise _agent_refused(url, "not the address of an agent, such as http://10.0.0.7:5000/lathe")
     stop, url = stop or threading.Event(), url.rstrip("/")
-    items = {one["id"]: _item(one) for one in _asked(f"{url}/probe").items}
+    items = {mapping["id"]: _item(mapping) for mapping in _asked(f"{url}/probe").items}
     answer = _asked(f"{url}/current")
     while True:
         yield from _seen(answer, items)
@@ -220,9 +220,14 @@ def _next(url: str, answer: Current) -> int:
 
 
 def _seen(answer: Current, items: Mapping[str, Item]) -> Iterator[ItemObservation]:
-    for one in sorted(answer.all, key=lambda one: one.sequence):
-        value = one.kind.upper() if one.kind in LEVELS else one.text
-        yield ItemObservation(items.get(one.item) or Item(one.item, one.name, one.kind), one.stamp, one.sequence, value)
+    for observation in sorted(answer.all, key=lambda observation: observation.sequence):
+        value = observation.kind.upper() if observation.kind in LEVELS else observation.text
+        yield ItemObservation(
+            items.get(observation.item) or Item(observation.item, observation.name, observation.kind),
+            observation.stamp,
+            observation.sequence,
+            value,
+        )
 
 
 def _item(attributes: Mapping[str, str]) -> Item:
@@ -240,14 +245,15 @@ def temperature_log(url: str, observations: Sequence[ItemObservation]) -> str:
 
     Raises MTC-AGENT where never all were known.
     """
-    temperatures = [one.item for one in observations if one.item.type.upper() == "TEMPERATURE"]
+    temperatures = [observation.item for observation in observations if observation.item.type.upper() == "TEMPERATURE"]
     named = {item.id: re.sub(r"\W", "_", item.name or item.id) for item in temperatures}
     rows: dict[float, list[float]] = {}
     latest: dict[str, float] = {}
-    for time_s, one in sorted(
-        ((_time_s(url, one), one) for one in observations if one.item.id in named), key=lambda row: row[0]
+    for time_s, observation in sorted(
+        ((_time_s(url, observation), observation) for observation in observations if observation.item.id in named),
+        key=lambda row: row[0],
     ):
-        latest[one.item.id] = number_of(one.value)
+        latest[observation.item.id] = number_of(observation.value)
         values = [latest.get(item, math.nan) for item in named]
         if all(map(math.isfinite, values)):
             rows[time_s] = values

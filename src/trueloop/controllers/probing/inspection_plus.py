@@ -49,29 +49,29 @@ def inspection_plus_program(name: str, features: Sequence[MilledFeature], probe:
     """Returns the program that measures the features in their order. Raises MIL-PROBE where the height is too low,
     where they are of several work offsets, or where nothing can be measured.
     """
-    offsets = sorted({one.work_offset for one in features})
+    offsets = sorted({feature.work_offset for feature in features})
     if len(offsets) > 1:
         raise _refusal(f"features are of {len(offsets)} work offsets, {', '.join(offsets)}", "write a job for each")
-    top = max(one.place_mm[2] for one in features)
+    top = max(feature.place_mm[2] for feature in features)
     if probe.clearance_mm < top + probe.approach_mm:
         raise _refusal(
             f"the clearance height is z {probe.clearance_mm:g} mm, the highest feature z {top:g} mm",
             f"at least z {top + probe.approach_mm:g} mm, over everything that stands on the table",
         )
-    reasons = [(one, _why_not(one, features, probe)) for one in features]
-    measured = tuple(one for one, why in reasons if not why)
-    left_out = tuple(f"{one.name}: {why}" for one, why in reasons if why)
+    reasons = [(feature, _why_not(feature, features, probe)) for feature in features]
+    measured = tuple(feature for feature, why in reasons if not why)
+    left_out = tuple(f"{feature.name}: {why}" for feature, why in reasons if why)
     if not measured:
         raise _refusal("no feature can be measured: " + "; ".join(left_out), "a smaller ball, or another machine")
     words = _Words(probe.inch)
     lines = ["%", "O0100", f"({_plain(name)}: PROBING, FEATURES OF THE PRINT-OUT)"]
-    lines += [f"({n} = {_plain(one.name)})" for n, one in enumerate(measured, 1)]
+    lines += [f"({n} = {_plain(feature.name)})" for n, feature in enumerate(measured, 1)]
     lines += [f"{'G20' if probe.inch else 'G21'} G17 G90 G40 G80 G49", f"T{probe.tool} M6", "M5", "G91 G28 Z0.", "G90"]
     x, y, _ = measured[0].place_mm
     lines += [f"{offsets[0]} G0 {words('X', x)} {words('Y', y)}", f"G43 H{probe.tool} {words('Z', probe.clearance_mm)}"]
     lines.append("G65 P9832")
-    for n, one in enumerate(measured, 1):
-        lines += [f"({_plain(one.name)})", *_measure(one, probe, words, "W2." if n == 1 else "W1.")]
+    for n, feature in enumerate(measured, 1):
+        lines += [f"({_plain(feature.name)})", *_measure(feature, probe, words, "W2." if n == 1 else "W1.")]
     lines += ["G65 P9833", "G91 G28 Z0.", "G90", "M30", "%"]
     return ProbeProgram("\n".join(lines) + "\n", measured, left_out)
 

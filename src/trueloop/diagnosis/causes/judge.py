@@ -120,7 +120,7 @@ def against(way: Way, evidence: CauseEvidence | None, size: Size, series: SeenSe
 
 def decide(candidates: Sequence[Candidate], series: SeenSeries) -> tuple[str, ...]:
     """Measurements that would separate the causes left; () without any."""
-    left = [one for one in candidates if OPEN < one.probability < SETTLED]
+    left = [candidate for candidate in candidates if OPEN < candidate.probability < SETTLED]
     if not left:
         return ()
     said: list[str] = []
@@ -128,10 +128,10 @@ def decide(candidates: Sequence[Candidate], series: SeenSeries) -> tuple[str, ..
     for seen_by, sentence in _MISSING.items():
         if seen_by not in seen:
             said.append(sentence)
-    keys = {one.cause.key for one in left}
+    keys = {candidate.cause.key for candidate in left}
     if keys & _PROBE and not any(part.standard for part in series.parts):
         said.append(_STANDARD)
-    return tuple(dict.fromkeys([*said, *[one.cause.decided_by for one in left]]))
+    return tuple(dict.fromkeys([*said, *[candidate.cause.decided_by for candidate in left]]))
 
 
 _PROBE: Final = frozenset({"part-probe-offset", "machine"})
@@ -305,10 +305,10 @@ def _shares(kept: Sequence[Way]) -> tuple[float, ...]:
     """A cause's prior in equal shares for its tools and ways to show; steps share one of these."""
     of: dict[str, set[object]] = {}
     steps: dict[object, int] = {}
-    for one in kept:
-        of.setdefault(one.cause.key, set()).add(_way(one))
-        steps[_way(one)] = steps.get(_way(one), 0) + 1
-    found = [one.cause.prior / len(of[one.cause.key]) / steps[_way(one)] for one in kept]
+    for way in kept:
+        of.setdefault(way.cause.key, set()).add(_way(way))
+        steps[_way(way)] = steps.get(_way(way), 0) + 1
+    found = [way.cause.prior / len(of[way.cause.key]) / steps[_way(way)] for way in kept]
     return tuple(share / sum(found) for share in found)
 
 
@@ -336,12 +336,15 @@ def _clocks(series: SeenSeries) -> tuple[Finding, ...]:
     """Parts that were cut before the one that precedes them, or as the same in number."""
     cut = [part for part in sorted(series.parts, key=lambda part: part.order) if not part.standard]
     found = []
-    for one, two in pairwise(cut):
-        if one.order == two.order:
-            message = f"parts {one.serial} and {two.serial} are both number {one.order} in the order of cutting"
-        elif one.at and two.at and two.at < one.at:
+    for seen_part, two in pairwise(cut):
+        if seen_part.order == two.order:
             message = (
-                f"part {two.serial} follows {one.serial} in the order of cutting, and was cut {one.at - two.at} before"
+                f"parts {seen_part.serial} and {two.serial} are both number {seen_part.order} in the order of cutting"
+            )
+        elif seen_part.at and two.at and two.at < seen_part.at:
+            early = seen_part.at - two.at
+            message = (
+                f"part {two.serial} follows {seen_part.serial} in the order of cutting, and was cut {early} before"
             )
         else:
             continue

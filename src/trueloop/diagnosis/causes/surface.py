@@ -85,9 +85,9 @@ def minutes_in_cut(number: int, tool: str, series: SeenSeries) -> float:
     if tool in part.minutes_in_cut:
         return part.minutes_in_cut[tool]
     same = [
-        one
-        for one in series.parts[: number + 1]
-        if not one.standard and one.setting.get(tool) == part.setting.get(tool)
+        seen_part
+        for seen_part in series.parts[: number + 1]
+        if not seen_part.standard and seen_part.setting.get(tool) == part.setting.get(tool)
     ]
     return max(len(same) - 0.5, 0.0)
 

@@ -251,7 +251,7 @@ def _split(errors: SurfaceErrors) -> list[tuple[str, ...]]:
     if len(faces) < 2:
         return []
     ends = [tuple(faces[k:]) for k in range(1, len(faces) - 1)]
-    return [*((name,) for name in faces), *(one for one in ends if len(one) > 1 and len(one) < len(faces) - 1)]
+    return [*((name,) for name in faces), *(end for end in ends if len(end) > 1 and len(end) < len(faces) - 1)]
 
 
 def _usual(basis: Basis) -> Basis:
@@ -285,7 +285,9 @@ def _over(way: Way, form: Form, errors: SurfaceErrors, series: SeenSeries) -> It
     elif way.over is Over.STEP:
         for step in range(LEAST_STEP, len(series.parts) - LEAST_STEP + 1):
             at = {part.setting.get(way.tool) for part in series.parts[step : step + 1]}
-            since = [k for k, one in enumerate(series.parts) if k >= step and one.setting.get(way.tool) in at]
+            since = [
+                k for k, seen_part in enumerate(series.parts) if k >= step and seen_part.setting.get(way.tool) in at
+            ]
             yield _made(replace(way, step=step), form, (), _among(since))
     elif way.over is Over.WEAR:
         yield _made(way, form, (), _worn)
@@ -340,7 +342,7 @@ def _seen(way: Way, basis: Basis, course: Basis) -> Basis:
 def _share(way: Way, p: Places) -> Array:
     """1 where the device sees it, −1 on a calibrated part that the machine reads with its own error."""
     cut = p.number("cut")[:, None]
-    here = _is(p, "device", tuple(one.value for one in way.seen_by))
+    here = _is(p, "device", tuple(seen_by.value for seen_by in way.seen_by))
     by_probe = _is(p, "device", (SeenBy.MACHINE.value,))
     if way.cause.on_standard_part:
         return here

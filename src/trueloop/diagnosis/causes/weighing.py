@@ -284,7 +284,7 @@ def size_of(products: WhitenedProducts, blocks: Sequence[Integers], hypothesis: 
     inner = np.eye(len(chosen)) + scale[:, None] * products.columns[process][np.ix_(chosen, chosen)] * scale
     covariance = scale[:, None] * np.linalg.inv(inner) * scale
     mean = covariance @ products.with_values[process][chosen]
-    first = sum(len(one) for one in blocks[:hypothesis])
+    first = sum(len(block) for block in blocks[:hypothesis])
     own = slice(first, first + len(blocks[hypothesis]))
     effect = of_block @ mean[own]
     largest = int(np.argmax(np.abs(effect)))
@@ -297,7 +297,7 @@ def _tried(
 ) -> tuple[Array, Array]:
     """Logarithms by process (p, m) and sizes of all columns (m, k)."""
     chosen = np.concatenate([np.arange(0), *blocks]).astype(int)
-    of = np.repeat(np.arange(len(blocks)), [len(one) for one in blocks])
+    of = np.repeat(np.arange(len(blocks)), [len(block) for block in blocks])
     scales = tried(sizes_mm or [SIZES_MM] * len(blocks), of)
     gram, right = products.columns[:, None, chosen[:, None], chosen], products.with_values[:, None, chosen]
     log = log_student(gram, right, products.values[:, None], products.count, scales**2, STATED)

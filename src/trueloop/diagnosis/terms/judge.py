@@ -210,7 +210,7 @@ def judge(chain: Chain, residuals: Residuals, pairs: bool = True, *, turned: boo
     found = tuple(shares(log).items())
     products = asked.products()
     best = posterior(asked, products, found[0][0])
-    divided = tuple(with_separators(one, separators(asked, products, one, found)) for one in sets(found))
+    divided = tuple(with_separators(term_set, separators(asked, products, term_set, found)) for term_set in sets(found))
     return Verdict(found, _by_error(found), divided, notes, float(np.sqrt(best.noise)) * 1e-3)
 
 
@@ -218,7 +218,7 @@ def _weights(question: Question, pairs: bool) -> dict[Hypothesis, float]:
     """Logarithms of prior times likelihood."""
     products, whole = question.products(), sum(question.prior.values())
     log: dict[Hypothesis, float] = {(): float(log_evidence(question, products, [()])[0] + np.log(NOTHING_WRONG))}
-    singles: list[Hypothesis] = [(one,) for one in question.prior]
+    singles: list[Hypothesis] = [(suspect,) for suspect in question.prior]
     for one, value in zip(singles, log_evidence(question, products, singles) if singles else (), strict=True):
         log[one] = float(value + np.log(ONE_WRONG * question.prior[one[0]] / whole))
     if pairs:
@@ -259,8 +259,8 @@ def _robust(question: Question, best: Hypothesis) -> Array | None:
 def _by_error(ranked_terms: tuple[tuple[Hypothesis, float], ...]) -> dict[ErrorName, float]:
     by_error: dict[Wrong, float] = {}
     for hypothesis, share in ranked_terms:
-        for one in hypothesis:
-            by_error[one.error] = by_error.get(one.error, 0.0) + share
+        for hypothesi in hypothesis:
+            by_error[hypothesi.error] = by_error.get(hypothesi.error, 0.0) + share
     ordered = sorted(by_error.items(), key=lambda item: -item[1])
     return {error: share for error, share in ordered if isinstance(error, ErrorName)}
 

@@ -161,19 +161,23 @@ class Question:
 
     def count(self, hypothesis: Hypothesis) -> int:
         """Returns the number of columns."""
-        return sum(self.place[part].stop - self.place[part].start for one in hypothesis for part in one.parts)
+        return sum(
+            self.place[part].stop - self.place[part].start for hypothesi in hypothesis for part in hypothesi.parts
+        )
 
 
 def question(chain: Chain, residuals: Residuals, *, turned: bool = False) -> Question:
     """Of residuals that have the order of parts as a signal. With `turned` frames of parts may be turned too."""
     prior = dict(suspects(chain, residuals))
-    shapes = {part: columns(chain, part, residuals) for part in dict.fromkeys(p for one in prior for p in one.parts)}
+    shapes = {
+        part: columns(chain, part, residuals) for part in dict.fromkeys(p for suspect in prior for p in suspect.parts)
+    }
     found = {part: shape for part, shape in shapes.items() if shape is not None}
     ends = np.cumsum([0, *(shape.mixing.shape[1] for shape in found.values())])
     place = {part: slice(int(a), int(b)) for part, a, b in zip(found, ends, ends[1:], strict=False)}
     rows = [shape.rows(chain, residuals.state, residuals.normal) for shape in found.values()]
     points = tool_in_work_mm(chain, residuals.state.positions, residuals.state.tool_mm) if turned else None
-    possible = {one: share for one, share in prior.items() if all(part in found for part in one.parts)}
+    possible = {suspect: share for suspect, share in prior.items() if all(part in found for part in suspect.parts)}
     zero = np.zeros((len(residuals.part), 1))
     set_up = set_ups(residuals.part, residuals.normal, points)
     return Question(
@@ -199,8 +203,8 @@ def log_evidence(question: Question, products: TakenOut, hypotheses: Sequence[Hy
 
 def log_grid(question: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
     """By hypothesis, variance of set-ups and sizes of suspects, (hypotheses, settings, sizes ** suspects)."""
-    width = max(question.count(one) for one in hypotheses)
-    pairs = [question.index(one, width) for one in hypotheses]
+    width = max(question.count(hypothese) for hypothese in hypotheses)
+    pairs = [question.index(hypothese, width) for hypothese in hypotheses]
     index, of = np.array([p[0] for p in pairs], int), np.array([p[1] for p in pairs], int)
     gram = products.gram[:, index[:, :, None], index[:, None, :]].swapaxes(0, 1)[:, :, None]
     right = products.right[:, index].swapaxes(0, 1)[:, :, None]

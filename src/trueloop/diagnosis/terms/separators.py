@@ -63,7 +63,7 @@ def sets(hypotheses: Sequence[tuple[Hypothesis, float]]) -> tuple[TermSet, ...]:
     """
     by_errors: dict[frozenset[Wrong], float] = {}
     for hypothesis, probability in hypotheses:
-        errors = frozenset(one.error for one in hypothesis)
+        errors = frozenset(hypothesi.error for hypothesi in hypothesis)
         by_errors[errors] = by_errors.get(errors, 0.0) + probability
     wrong = 1.0 - by_errors.pop(frozenset(), 0.0)
     if wrong < FOUND:
@@ -75,8 +75,8 @@ def sets(hypotheses: Sequence[tuple[Hypothesis, float]]) -> tuple[TermSet, ...]:
         likeliest = tuple(_likeliest(hypotheses, error) for error in ordered)
         each = tuple(chance[error] for error in ordered)
         found.append(TermSet(ordered, _share(by_errors, group), each, likeliest, at_least))
-    first, *more = sorted(found, key=lambda one: -one.probability)
-    return (first, *(one for one in more if one.probability >= SECOND))
+    first, *more = sorted(found, key=lambda term_set: -term_set.probability)
+    return (first, *(term_set for term_set in more if term_set.probability >= SECOND))
 
 
 def _credible(by_errors: Mapping[frozenset[Wrong], float], wrong: float) -> list[frozenset[Wrong]]:
@@ -115,10 +115,10 @@ def _share(by_errors: Mapping[frozenset[Wrong], float], group: set[Wrong]) -> fl
 def _likeliest(hypotheses: Sequence[tuple[Hypothesis, float]], error: Wrong) -> Suspect:
     by_suspect: dict[Suspect, float] = {}
     for hypothesis, probability in hypotheses:
-        for one in hypothesis:
-            if one.error == error:
-                by_suspect[one] = by_suspect.get(one, 0.0) + probability
-    return max(by_suspect, key=lambda one: by_suspect[one])
+        for hypothesi in hypothesis:
+            if hypothesi.error == error:
+                by_suspect[hypothesi] = by_suspect.get(hypothesi, 0.0) + probability
+    return max(by_suspect, key=lambda suspect: by_suspect[suspect])
 
 
 def with_separators(terms: TermSet, separated_by: Sequence[str]) -> TermSet:
@@ -234,7 +234,7 @@ def _shifted(question: Question, positions: Array, axis: str, by_mm: float) -> A
 
 def _prediction(question: Question, rival: Posterior, state: State, normal: Array) -> tuple[Array, Array]:
     """Mean (n,) and covariance (n, n) of the residuals of one more part, units of the noise to begin with."""
-    shapes = [question.columns[part] for one in rival.hypothesis for part in one.parts]
+    shapes = [question.columns[part] for hypothesi in rival.hypothesis for part in hypothesi.parts]
     rows = np.hstack([shape.rows(question.chain, state, normal) for shape in shapes])
     own = set_ups(np.zeros(len(normal), int), normal)
     spread = rival.noise * np.eye(len(rows)) + (own.rows * rival.setting[own.way]) @ own.rows.T

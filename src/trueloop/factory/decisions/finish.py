@@ -76,7 +76,7 @@ def _correction(what: Candidate) -> Iterator[str]:
     if not block.corrected:
         return
     made, part, wanted = what.correction, what.part, what.step.program_sha256
-    probes = [one for one in part.steps if one.kind is BlockKind.PROBE]
+    probes = [step for step in part.steps if step.kind is BlockKind.PROBE]
     if made is None or made.corrected_sha256 != wanted or made.source_sha256 != block.program_sha256:
         found = "none" if made is None else made.corrected_sha256
         raise Code.FAC_PROGRAM.refusal(
@@ -86,7 +86,7 @@ def _correction(what: Candidate) -> Iterator[str]:
             values={"accepted": wanted, "found": found},
         )
     own = all(one == part.value.identity for one in made.parts) and made.parts
-    if not own or made.probe_run not in [one.run for one in probes if one.state is StepState.RECORDED]:
+    if not own or made.probe_run not in [probe.run for probe in probes if probe.state is StepState.RECORDED]:
         raise Code.FAC_TOUCHES.refusal(
             f"correction {made.id!r} was made from touches of {'; '.join(map(_part_words, made.parts)) or 'no part'} "
             f"in run {made.probe_run!r}, not of part {part.value.serial!r}",

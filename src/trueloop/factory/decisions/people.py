@@ -73,10 +73,10 @@ def _again(part: PartNow, step: StepNow) -> StepNow:
 
 def arm(order: OrderNow, request: Arm, by: By, now: datetime) -> Changes:
     """Arms an order: so many parts start without Cycle Start. Raises FAC-ARM away from the machine, or for too many."""
-    left = sum(one.next is not None and not one.rejected for one in order.parts)
+    left = sum(part.next is not None and not part.rejected for part in order.parts)
     own = by.machine == order.order.machine.name
     at_machine = own if by.role is Role.CELL else request.at_machine
-    held = any(one.state is PartState.HELD for one in order.parts)
+    held = any(part.state is PartState.HELD for part in order.parts)
     if request.parts and (not at_machine or held or not 0 < request.parts <= left):
         why = "a part of it is held" if held else f"{left} parts are left" if at_machine else "nobody is at the machine"
         raise Code.FAC_ARM.refusal(

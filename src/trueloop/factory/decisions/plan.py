@@ -165,8 +165,8 @@ def order_now(order: WorkOrder, number: int, rows: tuple[int, ...] = ()) -> Orde
     """Returns an order of which nothing is made; without rows its parts count from −1 downwards until they are kept."""
     numbered = rows or tuple(-1 - k for k in range(len(order.serials)))
     steps = tuple(
-        StepNow(k, one.kind, program_sha256="" if one.corrected else one.program_sha256)
-        for k, one in enumerate(order.route.blocks)
+        StepNow(k, block.kind, program_sha256="" if block.corrected else block.program_sha256)
+        for k, block in enumerate(order.route.blocks)
     )
     parts = tuple(
         PartNow(row, Part(order.part_type, s), PartState.PLANNED, steps)
@@ -198,7 +198,7 @@ def _wrong_parts(request: PlanOrder) -> Iterator[str]:
     count = len(request.serials)
     if not 0 < count <= MOST_PARTS:
         yield f"{count} parts; it takes 1 to {MOST_PARTS}"
-    if len(set(request.serials)) < count or not all(one.strip() for one in request.serials):
+    if len(set(request.serials)) < count or not all(serial.strip() for serial in request.serials):
         yield f"of its {count} serial numbers one is empty or there twice"
 
 

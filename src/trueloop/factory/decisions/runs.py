@@ -21,7 +21,7 @@ def state_of(kind: BlockKind, run: Run, facts: Iterable[RunFact], touches: bool)
     run that failed after it had started is unknown, for the tool may have cut. `verified` counts only where what was
     read back equals what was sent.
     """
-    told = {one.what for one in facts if one.what is not FactKind.VERIFIED}
+    told = {run_fact.what for run_fact in facts if run_fact.what is not FactKind.VERIFIED}
     if FactKind.ENDED in told:
         return StepState.RECORDED if kind.cuts or touches else StepState.ENDED
     if FactKind.UNKNOWN in told or (FactKind.FAILED in told and FactKind.STARTED in told):
@@ -37,13 +37,13 @@ def state_of(kind: BlockKind, run: Run, facts: Iterable[RunFact], touches: bool)
 
 def verified(run: Run, facts: Iterable[RunFact]) -> bool:
     """Returns whether a witness read back what was sent, and no one read back anything else."""
-    read = [one.values.get("read_back_sha256", "") for one in facts if one.what is FactKind.VERIFIED]
+    read = [run_fact.values.get("read_back_sha256", "") for run_fact in facts if run_fact.what is FactKind.VERIFIED]
     return bool(read) and all(one == run.sent_sha256 for one in read)
 
 
 def read_back_otherwise(run: Run, facts: Iterable[RunFact]) -> str | None:
     """Returns the hash of what a control held instead of what was sent; None: no witness read back anything else."""
-    read = [one.values.get("read_back_sha256", "") for one in facts if one.what is FactKind.VERIFIED]
+    read = [run_fact.values.get("read_back_sha256", "") for run_fact in facts if run_fact.what is FactKind.VERIFIED]
     return next((one for one in read if one != run.sent_sha256), None)
 
 
@@ -95,19 +95,19 @@ class RunsFacts:
 
 def record_facts(facts: RunsFacts, request: RecordFacts, by: By, now: datetime) -> Changes:
     """Keeps every fact of a known run, whatever it is. Raises FAC-UNKNOWN for a run that nobody offered."""
-    done = Changes(answer=tuple(dict.fromkeys(one.run for one in request.facts)))
+    done = Changes(answer=tuple(dict.fromkeys(run_fact.run for run_fact in request.facts)))
     orders = dict(facts.orders)
     for key in done.answer:
         known = _known(facts, key, by)
-        told = {one.identity: one for one in known.facts}
-        new = [one for one in request.facts if one.run == key and one.identity not in told]
+        told = {run_fact.identity: run_fact for run_fact in known.facts}
+        new = [run_fact for run_fact in request.facts if run_fact.run == key and run_fact.identity not in told]
         if not new:
             continue
-        known = replace(known, facts=(*known.facts, *{one.identity: one for one in new}.values()))
+        known = replace(known, facts=(*known.facts, *{run_fact.identity: run_fact for run_fact in new}.values()))
         then = _after(orders[known.run.order], known, new)
-        orders |= {one.order.id: one for one in then.orders}
-        done = _joined(done, replace(then, keep=(*{one.identity: one for one in new}.values(),)))
-    changed = tuple(one for key, one in orders.items() if one != facts.orders[key])
+        orders |= {order.order.id: order for order in then.orders}
+        done = _joined(done, replace(then, keep=(*{run_fact.identity: run_fact for run_fact in new}.values(),)))
+    changed = tuple(order_now for key, order_now in orders.items() if order_now != facts.orders[key])
     return replace(done, orders=changed)
 
 
@@ -197,7 +197,7 @@ def _held(part: PartNow, step: StepNow, known_run: KnownRun) -> PartNow:
 
 def _contradicted(order: OrderNow, part: PartNow, run: KnownRun, new: list[RunFact]) -> Changes:
     """An earlier attempt, which a person took for not made, turns out to have moved: nobody knows what was cut."""
-    moved = [one for one in new if one.what in _MOVED]
+    moved = [run_fact for run_fact in new if run_fact.what in _MOVED]
     if not moved:
         return Changes((order,))
     why = f"run {run.run.key}, decided as not made, reports {moved[0].what} at {moved[0].at.isoformat()}"
@@ -207,7 +207,7 @@ def _contradicted(order: OrderNow, part: PartNow, run: KnownRun, new: list[RunFa
 
 def _left(order: OrderNow, part: PartNow, step: StepNow) -> OrderNow:
     """With one armed part less once the last program of a part has run."""
-    moving = [one for one in part.steps if one.kind.moves]
+    moving = [step_now for step_now in part.steps if step_now.kind.moves]
     last = moving[-1].no == step.no and moving[-1].state is StepState.RECORDED
     return replace(order, armed_parts=max(order.armed_parts - 1, 0)) if last else order
 

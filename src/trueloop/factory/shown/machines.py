@@ -26,8 +26,8 @@ from trueloop.storage.store import Store
 STALE: Final = timedelta(seconds=10)
 """A cell speaks every 2 s: silence of five words is shown."""
 _OPEN: Final = tuple(
-    one.value
-    for one in (
+    step_state.value
+    for step_state in (
         *(StepState.OFFERED, StepState.SENT, StepState.VERIFIED, StepState.STARTED, StepState.ENDED),
         StepState.UNKNOWN,
     )
@@ -52,7 +52,7 @@ def machines_now(store: Store, now: datetime) -> tuple[MachineNow, ...]:
 
 def all_machines(reader: StoreReader, now: datetime) -> tuple[MachineNow, ...]:
     """Returns all machines, within a transaction."""
-    said = {one.machine: one for one in reader.rows(select(MACHINE_HEARD))}
+    said = {row.machine: row for row in reader.rows(select(MACHINE_HEARD))}
     doing = _doing(reader)
     return tuple(_now(name, said.get(name), doing.get(name), now) for name in sorted(machine_names(reader)))
 
@@ -128,7 +128,7 @@ def require_known(store: Store, name: str, now: datetime) -> None:
 
 
 def _wanted(reader: StoreReader, name: str, now: datetime) -> MachineNow:
-    found = next((one for one in all_machines(reader, now) if one.name == name), None)
+    found = next((machine for machine in all_machines(reader, now) if machine.name == name), None)
     if found is None:
         raise unknown("machine", name, "no order, cell, key or inspection has named it")
     return found
@@ -182,14 +182,14 @@ def tool_rows(store: Store) -> tuple[ToolRow, ...]:
         settings = _settings(known)
         edges = list(found(known.connection, known.codec, Query(kind_of(Edge))))
     rows = []
-    for one in edges:
-        edge: Edge = one.value
+    for stored in edges:
+        edge: Edge = stored.value
         key = searchable(joined(edge.identity)) or ""
         set_at = None if key not in settings else settings[key].set_at
         insert = " ".join(filter(None, (edge.insert, edge.corner)))
         rows.append(
             ToolRow(
-                id=one.row,
+                id=stored.row,
                 tool=edge.tool.identity[0],
                 edge=insert,
                 nose_radius_mm=edge.tool.corner_radius_mm,
@@ -203,5 +203,7 @@ def tool_rows(store: Store) -> tuple[ToolRow, ...]:
 def _settings(reader: StoreReader) -> dict[str, Setting]:
     """The latest of each edge."""
     every: list[Setting] = reader.values(Setting)
-    dated = sorted((one for one in every if one.set_at is not None), key=lambda one: str(one.set_at))
-    return {searchable(joined(one.edge.identity)) or "": one for one in dated}
+    dated = sorted(
+        (setting for setting in every if setting.set_at is not None), key=lambda setting: str(setting.set_at)
+    )
+    return {searchable(joined(setting.edge.identity)) or "": setting for setting in dated}

@@ -21,8 +21,11 @@ from trueloop.storage.schema import ROWS, TABLES
 from trueloop.storage.store import Store
 
 FINISHED: Final = tuple(
-    one.value
-    for one in (*(PartState.FINISHED, PartState.INSPECTED, PartState.REMOVED, PartState.MEASURED), PartState.RELEASED)
+    part_state.value
+    for part_state in (
+        *(PartState.FINISHED, PartState.INSPECTED, PartState.REMOVED, PartState.MEASURED),
+        PartState.RELEASED,
+    )
 )
 
 
@@ -51,15 +54,15 @@ def order_view(store: Store, order_id: str) -> OrderView:
     """Returns a whole order. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
         now = order_of(known, order_id)
-        names = names_of(known, [one.program_sha256 for one in now.order.route.blocks])
+        names = names_of(known, [block.program_sha256 for block in now.order.route.blocks])
         row = _row(_orders(known, [order_id])[order_id], now.state, _counts(known, [order_id]))
     blocks = tuple(
-        OrderBlock(k, one.kind, names.get(one.program_sha256, ""), one.program_sha256, one.feature)
-        for k, one in enumerate(now.order.route.blocks)
+        OrderBlock(k, block.kind, names.get(block.program_sha256, ""), block.program_sha256, block.feature)
+        for k, block in enumerate(now.order.route.blocks)
     )
     parts = tuple(
-        OrderPart(one.row, one.value.serial, one.state, tuple(step.state for step in one.steps), one.held_why)
-        for one in now.parts
+        OrderPart(part.row, part.value.serial, part.state, tuple(step.state for step in part.steps), part.held_why)
+        for part in now.parts
     )
     return OrderView(
         row=row,
@@ -169,17 +172,17 @@ def _to_start(reader: StoreReader) -> Iterator[Waiting]:
 
 
 def _proposed(reader: StoreReader) -> Iterator[Waiting]:
-    for one, state, _ in states_of(reader):
+    for proposal, state, _ in states_of(reader):
         if state == "open":
-            said = f"{one.changes.value}: {', '.join(one.characteristics)}"
+            said = f"{proposal.changes.value}: {', '.join(proposal.characteristics)}"
             yield Waiting(
                 action="review",
                 subject="proposal",
-                id=one.id,
+                id=proposal.id,
                 machine="",
-                part=one.part_type.name,
+                part=proposal.part_type.name,
                 said=said,
-                since=one.made_at,
+                since=proposal.made_at,
                 role=Role.ENGINEER.value,
             )
 

@@ -127,15 +127,15 @@ def part_life(store: Store, number: int) -> PartLife:
         steps, events = tuple(_steps(known, number)), tuple(events_of(known, f"part:{number}"))
         certificates = certificate_rows_of(known, number)
         found = life_in(known.connection, known.codec, part)
-    cut_with = {one.values.get("correction", ""): one.values for one in events if one.what == "corrected"}
+    cut_with = {event.values.get("correction", ""): event.values for event in events if event.what == "corrected"}
     return PartLife(
         part=row,
         etag=str(version or 0),
         label=part.serial,
         tool=_tool(found),
         steps=steps,
-        inspections=tuple(_inspection(found, one) for one in found.inspections),
-        corrections=tuple(correction_view(one.value, cut_with) for one in found.corrections),
+        inspections=tuple(_inspection(found, inspection) for inspection in found.inspections),
+        corrections=tuple(correction_view(correction.value, cut_with) for correction in found.corrections),
         certificates=certificates,
         events=events,
     )
@@ -143,23 +143,25 @@ def part_life(store: Store, number: int) -> PartLife:
 
 def events_of(reader: StoreReader, subject: str) -> Iterator[EventView]:
     """Yields the latest events of a subject, oldest first."""
-    yield from (event_view(one) for one in reversed(reader.rows(_EVENTS, subject=subject)))
+    yield from (event_view(row) for row in reversed(reader.rows(_EVENTS, subject=subject)))
 
 
 def _steps(reader: StoreReader, number: int) -> Iterator[StepView]:
-    steps = [step_now(one) for one in reader.rows(_STEPS, part=number)]
+    steps = [step_now(row) for row in reader.rows(_STEPS, part=number)]
     keys = [one.run for one in steps if one.run]
-    runs = {one.key: one for one in _values(reader, Run, [joined((key,)) for key in keys])}
+    runs = {value.key: value for value in _values(reader, Run, [joined((key,)) for key in keys])}
     facts: dict[str, list[RunFact]] = {}
-    for one in _values(reader, RunFact, keys):
-        facts.setdefault(one.run, []).append(one)
+    for value in _values(reader, RunFact, keys):
+        facts.setdefault(value.run, []).append(value)
     for step in steps:
-        told = sorted(facts.get(step.run, []), key=lambda one: one.at)
+        told = sorted(facts.get(step.run, []), key=lambda run_fact: run_fact.at)
         yield filled_from(
             StepView,
             step,
             sent_sha256=runs[step.run].sent_sha256 if step.run in runs else "",
-            facts=tuple(FactView(one.what, one.at, one.witness, dict(one.values)) for one in told),
+            facts=tuple(
+                FactView(run_fact.what, run_fact.at, run_fact.witness, dict(run_fact.values)) for run_fact in told
+            ),
         )
 
 
@@ -170,7 +172,7 @@ def _values(reader: StoreReader, kind: type[Run | RunFact], wanted: list[str]) -
 
 
 def _tool(life: Life) -> str:
-    settings = [one.value.setting for one in life.cuts if one.value.setting is not None]
+    settings = [cut.value.setting for cut in life.cuts if cut.value.setting is not None]
     return " ".join(filter(None, settings[-1].edge.identity)) if settings else ""
 
 
@@ -243,8 +245,8 @@ def cpk_of_today(reader: StoreReader, finished: Sequence[str], began: str) -> tu
     made = select(part.c.part_type).join(PART_STATE, PART_STATE.c.part == part.c.id).distinct()
     today = made.where(PART_STATE.c.changed_at >= began, PART_STATE.c.state.in_(finished))
     names: Sequence[str] = reader.connection.scalars(today).all()
-    found = [one for name in names for one in _of_type(reader, name)]
-    return tuple(sorted(found, key=lambda one: (one.cpk is None, one.cpk or 0.0))[:MOST])
+    found = [cpk for name in names for cpk in _of_type(reader, name)]
+    return tuple(sorted(found, key=lambda cpk: (cpk.cpk is None, cpk.cpk or 0.0))[:MOST])
 
 
 def _of_type(reader: StoreReader, part_type: str) -> Iterator[Cpk]:

@@ -43,7 +43,11 @@ def corrected_from(reader: StoreReader, shas: Sequence[str], unnamed: Sequence[s
     made |= dict(_by_marks(reader, [one for one in unnamed if one not in made]))
     records = _records(reader, set(made.values()))
     found = {sha: records[record] for sha, record in made.items() if record in records}
-    return {sha: _corrected_view(one) for sha, one in found.items() if one.source_sha256 not in ("", sha)}
+    return {
+        sha: _corrected_view(correction)
+        for sha, correction in found.items()
+        if correction.source_sha256 not in ("", sha)
+    }
 
 
 def _by_orders(reader: StoreReader, shas: Sequence[str]) -> dict[str, str]:
@@ -71,8 +75,10 @@ def _records(reader: StoreReader, ids: set[str]) -> Mapping[str, Correction[None
     table = TABLES["correction"]
     wanted = [searchable(joined((one,))) for one in sorted(ids)]
     query = select(table.c.document).where(table.c.identity.in_(wanted)).order_by(table.c.id)
-    found: list[Correction[Any]] = [reader.codec.from_json(one, Correction) for one in reader.connection.scalars(query)]
-    return {one.record.id: one for one in found}
+    found: list[Correction[Any]] = [
+        reader.codec.from_json(scalar, Correction) for scalar in reader.connection.scalars(query)
+    ]
+    return {correction.record.id: correction for correction in found}
 
 
 def _corrected_view(made: Correction[None]) -> CorrectedFrom:
@@ -98,12 +104,12 @@ def proposal_views(store: Store, now: datetime, state: str | None = None) -> tup
 
 def proposal_view(store: Store, number: str, now: datetime) -> ProposalView:
     """Returns one proposal by its id, with the corrections behind its last part. Raises FAC-UNKNOWN."""
-    found = next((one for one in proposal_views(store, now) if one.id == number), None)
+    found = next((view for view in proposal_views(store, now) if view.id == number), None)
     if found is None:
         raise _unknown(number)
     last = _proposal(store, number)
     records = life(store, Part(last.part_type, last.last_serial)).corrections
-    made = tuple(one.value.id for one in records if one.value.product is Product.TURNED)
+    made = tuple(record.value.id for record in records if record.value.product is Product.TURNED)
     return replace(found, last_serial=last.last_serial, corrections=made)
 
 
@@ -135,10 +141,10 @@ def states_of(reader: StoreReader) -> Sequence[tuple[Proposal, str, ProposalDeci
     proposals: list[Proposal] = reader.values(Proposal)
     later: set[tuple[str, ...]] = set()
     found: list[tuple[Proposal, str, ProposalDecision | None]] = []
-    for one in reversed(proposals):
-        series = {(one.changes.value, *effect.series) for effect in one.effects}
-        decision = decisions.get(one.id)
-        found.append((one, decision.verdict if decision else "superseded" if series & later else "open", decision))
+    for proposal in reversed(proposals):
+        series = {(proposal.changes.value, *effect.series) for effect in proposal.effects}
+        decision = decisions.get(proposal.id)
+        found.append((proposal, decision.verdict if decision else "superseded" if series & later else "open", decision))
         later |= series
     return found[::-1]
 
@@ -237,15 +243,15 @@ def program_diff(store: Store, before: str, other: str) -> ProgramDiff:
 
 def names_of(reader: StoreReader, shas: Sequence[str]) -> Mapping[str, str]:
     """Names of programs by their hashes."""
-    wanted = [searchable(joined((one,))) for one in shas if one]
+    wanted = [searchable(joined((sha,))) for sha in shas if sha]
     documents = reader.connection.scalars(select(_PROGRAM.c.document).where(_PROGRAM.c.identity.in_(wanted)))
-    programs = [reader.codec.from_json(one, Program) for one in documents]
-    return {one.sha256: one.name for one in programs}
+    programs = [reader.codec.from_json(document, Program) for document in documents]
+    return {program.sha256: program.name for program in programs}
 
 
 def _made(reader: StoreReader, rows: Sequence[Any]) -> Mapping[str, CorrectedFrom]:
-    unnamed = [one.program_sha256 for one in rows if one.document is None]
-    return corrected_from(reader, [one.program_sha256 for one in rows], unnamed)
+    unnamed = [row.program_sha256 for row in rows if row.document is None]
+    return corrected_from(reader, [row.program_sha256 for row in rows], unnamed)
 
 
 def _row(reader: StoreReader, row: Any, made: Mapping[str, CorrectedFrom]) -> ProgramRow:

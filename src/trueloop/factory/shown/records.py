@@ -80,7 +80,7 @@ def events_after(store: Store, last: int, most: int = 200) -> tuple[EventView, .
     """Returns what happened after an event, oldest first, for whoever listens."""
     with known_of(store) as known:
         rows = known.rows(select(EVENT).where(EVENT.c.id > last).order_by(EVENT.c.id).limit(most))
-    return tuple(event_view(one) for one in rows)
+    return tuple(event_view(row) for row in rows)
 
 
 def event_view(row: Any) -> EventView:
@@ -149,7 +149,7 @@ def certificate_rows_of(reader: StoreReader, part: int) -> tuple[CertificateRow,
 def certificate_row(store: Store, part: int, sha256: str) -> CertificateRow:
     """Returns the last certificate of a part with this page. Raises FAC-UNKNOWN."""
     with known_of(store) as known:
-        found = [one for one in certificate_rows_of(known, part) if one.sha256 == sha256]
+        found = [row for row in certificate_rows_of(known, part) if row.sha256 == sha256]
     if not found:
         raise unknown("certificate", sha256, "the store has none of that page")
     return found[-1]

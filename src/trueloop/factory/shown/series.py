@@ -26,7 +26,7 @@ def series_rows(store: Store, part_type: str | None = None) -> tuple[SeriesRow, 
     """Returns the series of a part type, or of all."""
     types = part_types(store) if part_type is None else (part_type,)
     books = [read_book(store, name, SeriesOptions()) for name in types]
-    return tuple(_row(one) for book in books for one in book.tracked)
+    return tuple(_row(series) for book in books for series in book.tracked)
 
 
 def series_view(
@@ -34,8 +34,8 @@ def series_view(
 ) -> SeriesView:
     """Returns one series with its parts; without a revision the latest nominal and limits. Raises SER-UNKNOWN."""
     book = read_book(store, part_type, SeriesOptions()).named((characteristic,))
-    chosen = [one for one in book.tracked if revision in (None, one.series.part_type.revision)]
-    latest = [one for one in chosen if one.series.latest] or chosen
+    chosen = [series for series in book.tracked if revision in (None, series.series.part_type.revision)]
+    latest = [series for series in chosen if series.series.latest] or chosen
     if not latest:
         raise Code.SER_UNKNOWN.refusal(
             f"{characteristic!r} of part type {part_type!r} has no revision {revision!r}",
@@ -48,7 +48,7 @@ def series_view(
 def _edges(store: Store, part_type: str) -> Edges:
     rows = {kept.value.identity: kept.row for kept in find(store, Edge)}
     cuts = [kept.value for kept in find(store, Cut, part_type=part_type, stage=Stage.FINISH)] if rows else []
-    used = [(one.part.serial, one.setting.edge) for one in cuts if one.setting is not None]
+    used = [(cut.part.serial, cut.setting.edge) for cut in cuts if cut.setting is not None]
     return {serial: (rows[edge.identity], edge) for serial, edge in used if edge.identity in rows}
 
 

@@ -82,7 +82,7 @@ def _poles(feature: Feature, within_mm: float) -> Iterator[Point]:
 
 def crossing(contours: Sequence[Contour], within_mm: float = WITHIN_MM) -> Point | None:
     """Returns where two pieces of a section cross between their ends, as those of a solid never do; else None."""
-    features = [piece.feature for one in contours for piece in one.pieces]
+    features = [piece.feature for contour in contours for piece in contour.pieces]
     for a, b in combinations(features, 2):
         for point in intersections(a, b):
             along = [(float(feature.locate(point)[0]), feature.length_mm) for feature in (a, b)]

@@ -88,7 +88,7 @@ class DxfSheet:
 
     def _choice(self, number: int | None) -> TrueloopError:
         several = enumerate(self.contours[:LISTED], 1)
-        found = "; ".join(f"{k}: {one.described}" for k, one in several)
+        found = "; ".join(f"{k}: {candidate.described}" for k, candidate in several)
         asked = "" if number is None else f", and number {number} was asked for"
         return Code.GEO_DXF_CHOICE.refusal(
             f"{len(self.contours)} separate chains of lines and arcs{asked}: {found or 'none of that side'}",
@@ -148,7 +148,7 @@ def read_dxf_sheet(
 
 
 def _of_side(sheet: Sheet, side: Side) -> tuple[Candidate, ...]:
-    return tuple(one for one in sheet.candidates if one.side is side)
+    return tuple(candidate for candidate in sheet.candidates if candidate.side is side)
 
 
 def _single_chain(sheet: Sheet, side: Side, path: Path) -> tuple[Candidate, ...]:
@@ -254,7 +254,7 @@ def _scale(drawing: "Drawing", unit: str | None, path: Path) -> tuple[float, str
 
 def _nothing(layer: str | None, document: Document, path: Path) -> TrueloopError:
     where = f"layer '{layer}'" if layer else "the model space"
-    layers = sorted({one.layer for one in document.entities})
+    layers = sorted({entity.layer for entity in document.entities})
     return _refusal(
         path, f"0 lines, arcs and polylines off the axis in {where}", f"layers in use: {', '.join(layers) or 'none'}"
     )

@@ -40,13 +40,13 @@ class Edges:
     @classmethod
     def of(cls, features: Sequence[Feature], layers: Sequence[str]) -> "Edges":
         """Returns features in columns."""
-        arcs = [one if isinstance(one, Arc) else None for one in features]
-        curves = [one if isinstance(one, Curve) else None for one in features]
-        bent = [one.sweep_rad if one else np.nan if curve else 0.0 for one, curve in zip(arcs, curves, strict=True)]
+        arcs = [feature if isinstance(feature, Arc) else None for feature in features]
+        curves = [feature if isinstance(feature, Curve) else None for feature in features]
+        bent = [arc.sweep_rad if arc else np.nan if curve else 0.0 for arc, curve in zip(arcs, curves, strict=True)]
         return cls(
-            start_mm=np.array([one.start_mm for one in features], dtype=np.float64).reshape(-1, 2),
-            end_mm=np.array([one.end_mm for one in features], dtype=np.float64).reshape(-1, 2),
-            centre_mm=np.array([one.centre_mm if one else (np.nan, np.nan) for one in arcs]).reshape(-1, 2),
+            start_mm=np.array([feature.start_mm for feature in features], dtype=np.float64).reshape(-1, 2),
+            end_mm=np.array([feature.end_mm for feature in features], dtype=np.float64).reshape(-1, 2),
+            centre_mm=np.array([arc.centre_mm if arc else (np.nan, np.nan) for arc in arcs]).reshape(-1, 2),
             sweep_rad=np.array(bent, dtype=np.float64),
             curve=_objects(curves),
             layer=_objects(layers),

@@ -117,18 +117,18 @@ def centre_lines(edges: Edges) -> list[CentreLine]:
     """Returns horizontal and vertical lines of those drawn as axes; those in one line with a gap between are one."""
     found: list[CentreLine] = []
     at: dict[tuple[bool, int], list[int]] = {}  # those in the same µm or beside it: a drawing may have thousands
-    for one in _level(edges):
-        row = round(one.at_mm / ONE_MM)
-        near = sorted(k for each in (row - 1, row, row + 1) for k in at.get((one.vertical, each), ()))
+    for line in _level(edges):
+        row = round(line.at_mm / ONE_MM)
+        near = sorted(k for each in (row - 1, row, row + 1) for k in at.get((line.vertical, each), ()))
         for k in near:
             known = found[k]
-            if abs(known.at_mm - one.at_mm) <= ONE_MM and _meet(known, one):
-                low, high = min(known.low_mm, one.low_mm), max(known.high_mm, one.high_mm)
-                found[k] = CentreLine(one.vertical, known.at_mm, low, high, known.source)
+            if abs(known.at_mm - line.at_mm) <= ONE_MM and _meet(known, line):
+                low, high = min(known.low_mm, line.low_mm), max(known.high_mm, line.high_mm)
+                found[k] = CentreLine(line.vertical, known.at_mm, low, high, known.source)
                 break
         else:
-            at.setdefault((one.vertical, row), []).append(len(found))
-            found.append(one)
+            at.setdefault((line.vertical, row), []).append(len(found))
+            found.append(line)
     return found
 
 
@@ -159,24 +159,26 @@ def unfolded(entities: Iterable[DrawnEntity]) -> list[DrawnEntity]:
 
 
 def _unfolded(entities: Iterable[DrawnEntity], deep: int) -> Iterator[DrawnEntity]:
-    for one in entities:
-        if one.kind != "INSERT" or deep >= DEEPEST:
-            yield one
+    for entity in entities:
+        if entity.kind != "INSERT" or deep >= DEEPEST:
+            yield entity
             continue
-        parts = map(drawn, one.entity.virtual_entities())
-        own = (part._replace(layer=one.layer) if part.layer == "0" else part for part in parts)
+        parts = map(drawn, entity.entity.virtual_entities())
+        own = (part._replace(layer=entity.layer) if part.layer == "0" else part for part in parts)
         yield from _unfolded(own, deep + 1)
 
 
 def edges_of(entities: Iterable[DrawnEntity], mm_per_unit: float) -> Edges:
     """Returns lines, arcs, polylines with bulges, ellipses, splines, each on its layer; no circles and no others."""
     everything = list(_of_polylines(entities))
-    lines = [k for k, one in enumerate(everything) if one.kind == "LINE" and not one.entity]
+    lines = [k for k, entity in enumerate(everything) if entity.kind == "LINE" and not entity.entity]
     numbers = np.array([everything[k].numbers for k in lines]).reshape(-1, 2, 2) * mm_per_unit
     for x, y in numbers[np.any(np.abs(numbers) > MOST_MM, axis=2)] / mm_per_unit:
         _at(float(x), float(y), mm_per_unit)
     plain = Edges.of_lines(numbers[:, 0, ::-1], numbers[:, 1, ::-1], [everything[k].layer for k in lines])
-    others = [k for k, one in enumerate(everything) if one.kind in READ and (one.kind != "LINE" or one.entity)]
+    others = [
+        k for k, entity in enumerate(everything) if entity.kind in READ and (entity.kind != "LINE" or entity.entity)
+    ]
     features = [_feature(everything[k], mm_per_unit) for k in others]
     read = [(k, feature) for k, feature in zip(others, features, strict=True) if feature is not None]
     rest = Edges.of([feature for _, feature in read], [everything[k].layer for k, _ in read])
@@ -186,11 +188,13 @@ def edges_of(entities: Iterable[DrawnEntity], mm_per_unit: float) -> Edges:
 
 def _of_polylines(entities: Iterable[DrawnEntity]) -> Iterator[DrawnEntity]:
     """The entities, polylines as their parts."""
-    for one in entities:
-        if one.kind in ("LWPOLYLINE", "POLYLINE"):
-            yield from _of_polylines(drawn(part)._replace(layer=one.layer) for part in one.entity.virtual_entities())
+    for entity in entities:
+        if entity.kind in ("LWPOLYLINE", "POLYLINE"):
+            yield from _of_polylines(
+                drawn(part)._replace(layer=entity.layer) for part in entity.entity.virtual_entities()
+            )
         else:
-            yield one
+            yield entity
 
 
 def _feature(entity: DrawnEntity, mm_per_unit: float) -> Feature | None:

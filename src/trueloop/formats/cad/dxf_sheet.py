@@ -73,11 +73,11 @@ def read_sheet(document: Document, mm_per_unit: float, layer: str | None = None,
     wanted = None if layer is None else layer.casefold()
     meanings = Meanings(document.drawing)
     everything = unfolded(document.entities)
-    entities = everything if wanted is None else [one for one in everything if one.layer.casefold() == wanted]
-    drawn = [one for one in entities if meanings.is_edge(one) or (hidden and meanings.is_hidden_edge(one))]
+    entities = everything if wanted is None else [entity for entity in everything if entity.layer.casefold() == wanted]
+    drawn = [entity for entity in entities if meanings.is_edge(entity) or (hidden and meanings.is_hidden_edge(entity))]
     edges = edges_of(drawn, mm_per_unit)
-    axes = centre_lines(edges_of([one for one in everything if meanings.is_centre(one)], mm_per_unit))
-    hatched = _hatched([one for one in entities if one.kind == "HATCH"], mm_per_unit)
+    axes = centre_lines(edges_of([entity for entity in everything if meanings.is_centre(entity)], mm_per_unit))
+    hatched = _hatched([entity for entity in entities if entity.kind == "HATCH"], mm_per_unit)
     views, notes = _views(edges, axes, hatched)
     return Sheet(edges, tuple(views), (*_left_out(entities, drawn, hidden), *notes))
 
@@ -101,7 +101,7 @@ def _views(edges: Edges, axes: Sequence[CentreLine], hatched: Hatched) -> tuple[
     about = view_about(mirror, edges, hatched, within)
     if not about.halves[0].mirrored or about.likeness < LIKE:
         return [at_zero], []
-    plain = [one for one in candidates_of(about, within, alone=True) if is_box(one)]
+    plain = [candidate for candidate in candidates_of(about, within, alone=True) if is_box(candidate)]
     return ([about, at_zero] if plain else [about]), []
 
 
@@ -138,11 +138,13 @@ def _candidates(views: Sequence[View]) -> tuple[list[Candidate], list[str]]:
         by_view = [candidates_of(view, CHAIN_WITHIN_MM, alone=True) for view in views]
     found: list[Candidate] = []
     again = 0
-    for one in sorted((one for each in by_view for one in each), key=lambda one: not one.from_section):
-        if any(same_shape(one, other, CHAIN_WITHIN_MM) and one.view is not other.view for other in found):
+    for candidate in sorted(
+        (candidate for each in by_view for candidate in each), key=lambda candidate: not candidate.from_section
+    ):
+        if any(same_shape(candidate, other, CHAIN_WITHIN_MM) and candidate.view is not other.view for other in found):
             again += 1
         else:
-            found.append(one)
+            found.append(candidate)
     return sorted(found, key=_from_left), [f"{again} contours are drawn again in another view."] * bool(again)
 
 

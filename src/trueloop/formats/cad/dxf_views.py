@@ -105,10 +105,14 @@ def candidates_of(view: View, within: float, *, alone: bool) -> list[Candidate]:
         new = list(_of_half(view, half, parts, within, alone))
         if number == 0:
             found += new
-        elif not any(one.side is Side.INSIDE for one in found):
-            found += [one for one in new if one.side is Side.INSIDE]
+        elif not any(candidate.side is Side.INSIDE for candidate in found):
+            found += [candidate for candidate in new if candidate.side is Side.INSIDE]
     # less the borders: rectangles around another contour
-    return [one for one in found if not (is_box(one) and any(_encloses(one, other) for other in found))]
+    return [
+        candidate
+        for candidate in found
+        if not (is_box(candidate) and any(_encloses(candidate, other) for other in found))
+    ]
 
 
 def chosen_views(views: Sequence[View], within: float) -> tuple[list[View], list[str]]:
@@ -145,15 +149,15 @@ def same_shape(a: Candidate, b: Candidate, within: float) -> bool:
 
 
 def _of_half(view: View, half: Half, parts: Sequence[Walled], within: float, alone: bool) -> Iterator[Candidate]:
-    meeting = [any(abs(x) <= within for one in part.full for x, _ in _ends(one)) for part in parts]
+    meeting = [any(abs(x) <= within for contour in part.full for x, _ in _ends(contour)) for part in parts]
     for part, meets in zip(parts, meeting, strict=True):
         by_itself = (alone or part.hatched) and not any(meeting)
         if not (meets or by_itself or _twice(part.full, half, within)):
             continue
-        outside = [one for one in (part.contours if part.hollow else part.full) if one.side is Side.OUTSIDE]
-        inside = [one for one in part.contours if one.side is Side.INSIDE]
-        for one in (one for one in (*outside, *inside) if math.dist(*one.ends) > within):
-            yield _candidate(one, view, one.side is Side.INSIDE and part.hollow is False)
+        outside = [contour for contour in (part.contours if part.hollow else part.full) if contour.side is Side.OUTSIDE]
+        inside = [contour for contour in part.contours if contour.side is Side.INSIDE]
+        for contour in (contour for contour in (*outside, *inside) if math.dist(*contour.ends) > within):
+            yield _candidate(contour, view, contour.side is Side.INSIDE and part.hollow is False)
 
 
 def _candidate(contour: Contour, view: View, by_lines: bool) -> Candidate:
@@ -173,7 +177,7 @@ def _encloses(outer: Candidate, inner: Candidate) -> bool:
 
 def _within(axis: CentreLine, other: View, candidates: Sequence[Candidate]) -> bool:
     """Returns whether a centre line runs through the part that is drawn about another one."""
-    boxes = [one.box_mm for one in candidates]
+    boxes = [candidate.box_mm for candidate in candidates]
     if not boxes:
         return False
     x, low, high = max(x for x, _, _ in boxes), min(z for _, z, _ in boxes), max(z for _, _, z in boxes)
@@ -192,7 +196,7 @@ def _seen_from(axis: CentreLine) -> tuple[Array, Array]:
 
 def _twice(contours: Sequence[Contour], half: Half, within: float) -> bool:
     """Returns whether most of it is drawn below the axis too."""
-    places = np.array([middle_mm(piece.feature) for one in contours for piece in one.pieces]).reshape(-1, 2)
+    places = np.array([middle_mm(piece.feature) for contour in contours for piece in contour.pieces]).reshape(-1, 2)
     return bool(2 * half.are_mirrored(places, within).sum() > len(places))
 
 

@@ -187,19 +187,19 @@ def _cut(body: Body, axis: Axis) -> list[tuple[Meridian, list[CadFace]]]:
     """The meridians of all faces, cut where others end and where edges go round; each place and side once, with the
     faces that it turns to.
     """
-    whole = [one for face in body.faces for one in meridians(face, axis)]
+    whole = [meridian for face in body.faces for meridian in meridians(face, axis)]
     nodes = [ring for face in body.faces for ring in rings(face, axis)]
-    nodes += [end for one in whole for end in (one.feature.start_mm, one.feature.end_mm)]
+    nodes += [end for meridian in whole for end in (meridian.feature.start_mm, meridian.feature.end_mm)]
     points = np.array(nodes).reshape(-1, 2)
     found: list[tuple[Meridian, list[CadFace]]] = []
-    for one in whole:
-        for feature in _at_nodes(one.feature, points):
-            piece = replace(one, feature=feature)
+    for meridian in whole:
+        for feature in _at_nodes(meridian.feature, points):
+            piece = replace(meridian, feature=feature)
             known = next((faces for other, faces in found if _same(piece, other)), None)
             if known is not None:
-                known.append(one.face)
+                known.append(meridian.face)
             elif feature.length_mm > WITHIN_MM:
-                found.append((piece, [one.face]))
+                found.append((piece, [meridian.face]))
     return found
 
 

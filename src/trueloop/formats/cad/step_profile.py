@@ -188,13 +188,13 @@ def _read(body: Body, path: Path, turned_round: bool) -> _Part:
     section = contours_of(body, axis)
     if (at := crossing(section)) is not None:
         raise _refusal(path, f"the section{_of(body)} crosses itself at {_at(at)}", "mend the solid in the CAD system")
-    contours = tuple(one for one in section if math.dist(*one.ends) > WITHIN_MM)
+    contours = tuple(contour for contour in section if math.dist(*contour.ends) > WITHIN_MM)
     (x, y, z), (dx, dy, dz) = axis.origin.tolist(), axis.direction.tolist()
     note = (
         f"The axis{_of(body)} runs through x {x:.4f}, y {y:.4f}, z {z:.4f} mm along ({dx:.6f}, {dy:.6f}, {dz:.6f}); "
         f"{axis.share:.0%} of the turned area is turned about it."
     )
-    features = [piece.feature for one in section for piece in one.pieces]
+    features = [piece.feature for contour in section for piece in contour.pieces]
     notes = [note, *not_turned(body, axis, features)]
     if len(contours) < len(section):
         notes.append(f"{len(section) - len(contours)} closed cavities{_of(body)} were left out.")
@@ -212,7 +212,7 @@ def _tolerances(solids: Solids, part: _Part, features: Sequence[Feature], path: 
         curves.setdefault(number, []).extend(meridians(face, part.axis))
 
     def of_faces(numbers: Sequence[int]) -> list[Feature]:
-        return [features[k] for k in run_on([one for n in numbers for one in curves.get(n, [])], features)]
+        return [features[k] for k in run_on([meridian for n in numbers for meridian in curves.get(n, [])], features)]
 
     return proposals(list(stated_in(records)), of_faces)
 
@@ -221,15 +221,15 @@ def _chosen(
     pieces: Sequence[PlacedPiece], side: Side, number: int | None, range_mm: tuple[float, float], path: Path
 ) -> PlacedPiece:
     """The one contour of the side that reaches into the range, or that of the number among all of the side."""
-    of_side = [one for one in pieces if one.contour.side is side]
-    within = [one for one in of_side if _between(one.contour, *range_mm)]
+    of_side = [piece for piece in pieces if piece.contour.side is side]
+    within = [piece for piece in of_side if _between(piece.contour, *range_mm)]
     if number is None and len(within) == 1:
         return within[0]
     if number is not None and 1 <= number <= len(of_side):
         return of_side[number - 1]
     asked = "" if number is None else f", and number {number} was asked for"
-    several = "; ".join(f"{k}: {one}" for k, one in enumerate(of_side[:6], 1))
-    others = "; ".join(str(one) for one in pieces[:6])
+    several = "; ".join(f"{k}: {piece}" for k, piece in enumerate(of_side[:6], 1))
+    others = "; ".join(str(piece) for piece in pieces[:6])
     if of_side:
         raise _refusal(
             path,
@@ -245,7 +245,7 @@ def _notes(pieces: Sequence[PlacedPiece], chosen: PlacedPiece, features: Sequenc
     notes = [f"z is counted from the file's origin: the profile runs from z = {ends[0]:.4f} to z = {ends[1]:.4f} mm."]
     if chosen.contour.by_most:
         notes.append("What stands out at less than half of the angles about the axis was left out.")
-    notes += [f"Also found: {one}." for one in pieces if one is not chosen]
+    notes += [f"Also found: {piece}." for piece in pieces if piece is not chosen]
     return notes
 
 

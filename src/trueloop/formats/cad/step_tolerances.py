@@ -178,13 +178,13 @@ def proposals(stated: Sequence[StatedTolerance], of_faces: Callable[[Sequence[in
     """Proposes characteristics. `of_faces`: the profile's features that faces leave, by their records' numbers."""
     found: list[Characteristic] = []
     notes: list[str] = []
-    for one in stated:
-        on = [of_faces(faces) for faces in one.faces]
-        words = f"{one.kind or 'a dimension'} {_limits(one)}"
+    for tolerance in stated:
+        on = [of_faces(faces) for faces in tolerance.faces]
+        words = f"{tolerance.kind or 'a dimension'} {_limits(tolerance)}"
         if not on or not all(on):
             notes.append(f"Tolerance left out: {words}, not of this side's turned features.")
             continue
-        made = list(_made(one, on))
+        made = list(_made(tolerance, on))
         if not made:
             names = ", ".join(feature.name for group in on for feature in group)
             notes.append(f"Tolerance left out: {words} of {names}, which a profile does not show.")
@@ -196,15 +196,15 @@ def fitting(proposed: Sequence[Characteristic], profile: Profile) -> Proposals:
     """Returns the characteristics that a job with this profile accepts; of the others, why not."""
     found: list[Characteristic] = []
     notes: list[str] = []
-    for one in proposed:
+    for characteristic in proposed:
         try:
-            asked = with_nominal(one, one.nominal or None, profile)
-            lower, upper = one.lower_limit, one.upper_limit
-            if one.tolerance:
+            asked = with_nominal(characteristic, characteristic.nominal or None, profile)
+            lower, upper = characteristic.lower_limit, characteristic.upper_limit
+            if characteristic.tolerance:
                 edge = edge_of(profile, feature_index(profile, asked))
-                lower, upper = limits_of(one.tolerance, asked.nominal, asked.quantity, edge, 1.0)
-            checked(asked, lower, upper, one.tolerance, profile)
-            found.append(one)
+                lower, upper = limits_of(characteristic.tolerance, asked.nominal, asked.quantity, edge, 1.0)
+            checked(asked, lower, upper, characteristic.tolerance, profile)
+            found.append(characteristic)
         except TrueloopError as refused:
             notes.append(f"Tolerance left out: {refused.message}.")
     return Proposals(tuple(found), tuple(notes))

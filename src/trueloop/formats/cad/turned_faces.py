@@ -196,7 +196,7 @@ class Meridian:
 
 def meridians(face: CadFace, axis: Axis) -> list[Meridian]:
     """Returns the face's curves in a half plane through the axis, as far as the face reaches; none if not turned."""
-    return [_with_material_right(one, axis) for one in _curves(face, axis)]
+    return [_with_material_right(curve, axis) for curve in _curves(face, axis)]
 
 
 def has_place(face: CadFace, place: Array) -> bool:
@@ -244,9 +244,9 @@ def run_on(curves: Sequence[Meridian], features: Sequence[Feature]) -> list[int]
     """Returns which lines and arcs of a section run along one of these curves, or along a part of one."""
     found = []
     for k, feature in enumerate(features):
-        for one in curves:
+        for curve in curves:
             shares = np.linspace(0.0, 1.0, 11)[1:-1]
-            along, aside = feature.locate(one.feature.point_mm(shares * one.feature.length_mm))
+            along, aside = feature.locate(curve.feature.point_mm(shares * curve.feature.length_mm))
             if np.any((np.abs(aside) < WITHIN_MM) & (along > 0) & (along < feature.length_mm)):
                 found.append(k)
                 break

@@ -81,8 +81,8 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     at, said = _time(header, path)
     readings = [_reading(row, line, path, factor, at) for line, row in rows if row["actual"]]
     deviations = [
-        (one, number_in(row["deviation"], path, line) * _factor(one.quantity, factor), _rounding(row) * factor)
-        for one, (line, row) in zip(readings, [case for case in rows if case[1]["actual"]], strict=True)
+        (reading, number_in(row["deviation"], path, line) * _factor(reading.quantity, factor), _rounding(row) * factor)
+        for reading, (line, row) in zip(readings, [case for case in rows if case[1]["actual"]], strict=True)
         if row.get("deviation")
     ]
     inspections = tuple(_inspections(path, rows, readings, header, at))
@@ -94,7 +94,7 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
         inspections=inspections,
         characteristics=characteristics_of(readings),
         remarks=(*remarks, *said, *stated_deviations(deviations), *filled_in(inspections)),
-        deviations=by_reading(one for one in deviations if one[0].nominal is None),
+        deviations=by_reading(deviation for deviation in deviations if deviation[0].nominal is None),
     )
 
 

@@ -112,8 +112,8 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
         *filled_in(inspections),
     )
     inch = any(name.endswith("_in") for name in file.header)
-    sizes = [one for of in inspections for one in of.readings if one.characteristic]
-    limited = [one for one in sizes if (one.lower_limit, one.upper_limit) != (None, None)]
+    sizes = [reading for of in inspections for reading in of.readings if reading.characteristic]
+    limited = [siz for siz in sizes if (siz.lower_limit, siz.upper_limit) != (None, None)]
     asked = characteristics_of(limited)
     return MeasuredFile(
         path=path,
@@ -286,7 +286,7 @@ def _moment(table: _Table, k: int) -> datetime | None:
 def _inspection(run: Key, rows: list[_Row], sha256: str) -> Inspection:
     part, serial, instrument, operator = run
     readings = numbered(row.reading for row in rows)
-    times = [one.measured_at for one in readings if one.measured_at is not None]
+    times = [reading.measured_at for reading in readings if reading.measured_at is not None]
     return Inspection(
         part=Part(PartType(part), serial),
         measured="readings",
@@ -341,12 +341,23 @@ def gauge_sheet_csv(
     out = io.StringIO()
     out.write("".join(f"# {key}: {stated.get(key, '')}".rstrip() + "\n" for key in SHEET_STATED))
     writer = csv.writer(out, lineterminator="\n")
-    limits = ("lower_limit", "upper_limit") if any(one.lower_limit or one.upper_limit for one in planned) else ()
+    limits = (
+        ("lower_limit", "upper_limit")
+        if any(characteristic.lower_limit or characteristic.upper_limit for characteristic in planned)
+        else ()
+    )
     writer.writerow(
         ("characteristic", "feature", "from", "quantity", f"z_{ending}", "nominal", *limits, f"value_{ending}")
     )
-    for one in planned:
-        row = (one.name, one.feature, one.other, one.quantity.value, number(one.at_z_mm), number(one.nominal))
-        bounds = [number(getattr(one, name)) for name in limits]
-        writer.writerows((*row, *bounds, value) for value in values.get(one.name) or ("",))
+    for characteristic in planned:
+        row = (
+            characteristic.name,
+            characteristic.feature,
+            characteristic.other,
+            characteristic.quantity.value,
+            number(characteristic.at_z_mm),
+            number(characteristic.nominal),
+        )
+        bounds = [number(getattr(characteristic, name)) for name in limits]
+        writer.writerows((*row, *bounds, value) for value in values.get(characteristic.name) or ("",))
     return out.getvalue()

@@ -47,8 +47,10 @@ class MeasuredFile:
         if not self.deviations:
             return inspection
         values = (
-            replace(one, nominal=None) if isinstance(one, Reading) and self.deviation_of(one) is not None else one
-            for one in inspection.values
+            replace(value, nominal=None)
+            if isinstance(value, Reading) and self.deviation_of(value) is not None
+            else value
+            for value in inspection.values
         )
         return replace(inspection, values=tuple(values))
 

@@ -95,12 +95,12 @@ class Job(Table):
     @property
     def every_programs(self) -> tuple[ProgramsTable, ...]:
         """The tables of programs, one a set-up."""
-        return tuple(one.programs for one in self.setups) if self.programs is None else (self.programs,)
+        return tuple(setup.programs for setup in self.setups) if self.programs is None else (self.programs,)
 
     def require_one_setup(self) -> None:
         """Raises JOB-SETUPS where the job has several set-ups."""
         if self.setups:
-            names = [one.name for one in self.setups]
+            names = [setup.name for setup in self.setups]
             raise Code.JOB_SETUPS.refusal(
                 f"the job has {len(names)} set-ups ({', '.join(names)}): this is done for one alone",
                 hint="`trueloop compensate` (in Python `compensate_part`), `measure read`, `series propose`, "
@@ -119,7 +119,7 @@ class Job(Table):
         if self.programs is not None or self.tool is not None or self.tools:
             raise ValueError("with [[setups]] programs and tools are those of each set-up: [setups.programs], "
                              "[[setups.tools]]")  # fmt: skip
-        names = [one.name for one in self.setups]
+        names = [setup.name for setup in self.setups]
         if len({name.lower() for name in names}) < len(names):
             raise ValueError("two tables [[setups]] have the same `name`")
         for feature, cut in self.feature.items():
@@ -130,10 +130,10 @@ class Job(Table):
 
     def _require_known(self, feature: str, cut: CutByTable) -> None:
         """Checks that the decision for a feature is a set-up, and a tool of it."""
-        meant = [one for one in self.setups if cut.setup in (None, one.name)]
+        meant = [setup for setup in self.setups if cut.setup in (None, setup.name)]
         if not meant:
             raise ValueError(f"`feature.{feature}.setup` is not one of [[setups]]")
-        if cut.called is not None and all(cut.called != tool.called for one in meant for tool in one.tools):
+        if cut.called is not None and all(cut.called != tool.called for table in meant for tool in table.tools):
             raise ValueError(f"`feature.{feature}.tool` is not one of [[setups.tools]]")
 
     @model_validator(mode="after")
@@ -142,7 +142,7 @@ class Job(Table):
         if (self.tool is None) != several:
             raise ValueError("a job has a table [tool], or a table [[tools]] for each of several edges")
         require_apart(self.tools)
-        calls = [None, *(one.called for one in self.tools)]
+        calls = [None, *(tool.called for tool in self.tools)]
         strange = [name for name, cut in self.feature.items() if not self.setups and cut.called not in calls]
         if strange:
             raise ValueError(f"`feature.{strange[0]}.tool` is not one of [[tools]]")
@@ -158,16 +158,16 @@ class Job(Table):
         given = self.machine
         if given is None:
             return self
-        tools = [*self.tools, *(tool for one in self.setups for tool in one.tools)]
+        tools = [*self.tools, *(tool for setup in self.setups for tool in setup.tools)]
         stated = [given.tool_mm] if self.tool is not None else [tool.tool_mm for tool in tools]
-        zeros = [one.work_zero_mm for one in self.setups] or [given.work_zero_mm]
+        zeros = [setup.work_zero_mm for setup in self.setups] or [given.work_zero_mm]
         if None in stated or (tools and given.tool_mm is not None):
             where = "each table of tools" if tools else "the table [machine]"
             raise ValueError(f"with [machine] `tool_mm` is stated in {where}, and nowhere else")
         if None in zeros or (self.setups and given.work_zero_mm is not None):
             where = "each table [[setups]]" if self.setups else "the table [machine]"
             raise ValueError(f"with [machine] `work_zero_mm` is stated in {where}, and nowhere else")
-        if any(one.mirrored_z for one in self.setups):
+        if any(setup.mirrored_z for setup in self.setups):
             raise ValueError("with [machine] no set-up has `mirrored_z`: which way the machine's Z runs is not known")
         probed = given.touched_on == "machine"
         if self.setups and probed and options_from(Gauging, self).z_reference is not None:
@@ -194,7 +194,7 @@ class Job(Table):
 
     @model_validator(mode="after")
     def _machine_once(self) -> "Job":
-        stated = any(one.machine or one.machine_serial for one in self.every_programs)
+        stated = any(program.machine or program.machine_serial for program in self.every_programs)
         if self.machine is not None and stated:
             raise ValueError("leave `programs.machine` and `programs.machine_serial` out: `machine.model` states them")
         return self

@@ -147,23 +147,23 @@ class MilledJobFile(Table):
 
     @model_validator(mode="after")
     def _names_that_exist(self) -> "MilledJobFile":
-        names = [one.name for one in self.feature]
-        tools = {one.number for one in self.tool}
+        names = [table.name for table in self.feature]
+        tools = {table.number for table in self.tool}
         if len(tools) < len(self.tool):
             raise ValueError(f"{len(self.tool)} [[tool]] tables have {len(tools)} numbers: describe each tool once")
         if twice := next((one for one in names if names.count(one) > 1), None):
             raise ValueError(f"{names.count(twice)} features are named {twice!r}")
-        for one in self.feature if self.program is None else ():
-            if one.tool not in tools:
-                by = "what cuts it" if one.tool is None else f"tool {one.tool}, which no [[tool]] describes"
-                raise ValueError(f"{one.name!r} is to be cut by {by}: state `tool` and its [[tool]], or a [program]")
-        if self.program is None and (without := next((one for one in self.tool if one.radius is None), None)):
+        for table in self.feature if self.program is None else ():
+            if table.tool not in tools:
+                by = "what cuts it" if table.tool is None else f"tool {table.tool}, which no [[tool]] describes"
+                raise ValueError(f"{table.name!r} is to be cut by {by}: state `tool` and its [[tool]], or a [program]")
+        if self.program is None and (without := next((table for table in self.tool if table.radius is None), None)):
             raise ValueError(f"`radius` of tool {without.number} is required, or a [program] to find it from")
         used = (self.frame.x, self.frame.y, self.frame.z, *(self.frame.turn or ()), *self.names.values())
         if unknown := next((one for one in used if one and one not in names), None):
             raise ValueError(f"no feature is named {unknown!r}")
         if self.frame.turn is not None:
-            first, second = (next(one for one in self.feature if one.name == name) for name in self.frame.turn)
+            first, second = (next(table for table in self.feature if table.name == name) for name in self.frame.turn)
             if first.at[:2] == second.at[:2] or not {first.kind, second.kind} <= {"bore", "boss"}:
                 raise ValueError("`frame.turn` names two bores or bosses at different places of x and y")
         return self

@@ -78,7 +78,7 @@ def job_toml(new: NewJob) -> str:
 
 def _of_one(of: NewProgram) -> list[str]:
     heading = "[tool]" if len(of.tools) == 1 else "[[tools]]"
-    return [*(_tool(heading, one) for one in of.tools), _program("[programs]", of)]
+    return [*(_tool(heading, tool) for tool in of.tools), _program("[programs]", of)]
 
 
 def _setups(programs: Iterable[NewProgram]) -> Iterator[str]:
@@ -87,7 +87,7 @@ def _setups(programs: Iterable[NewProgram]) -> Iterator[str]:
         turned = ["flipped = true"] if of.flipped else []
         yield "\n".join(["[[setups]]", f"name = {quoted(of.name)}", *zero, *turned, ""])
         yield _program("[setups.programs]", of)
-        yield from (_tool("[[setups.tools]]", one) for one in of.tools)
+        yield from (_tool("[[setups.tools]]", tool) for tool in of.tools)
 
 
 def _part(new: NewJob) -> str:
@@ -138,7 +138,7 @@ ROUNDED: Final = 9
 
 def characteristics_toml(characteristics: Sequence[Characteristic]) -> str:
     """A `[[part.characteristic]]` for each, lengths in mm; they follow a `[part]` table in mm. "" for none."""
-    return "".join("\n" + "\n".join(_table(one)) + "\n" for one in characteristics)
+    return "".join("\n" + "\n".join(_table(characteristic)) + "\n" for characteristic in characteristics)
 
 
 def _table(characteristic: Characteristic) -> Iterator[str]:

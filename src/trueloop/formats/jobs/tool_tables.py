@@ -213,6 +213,6 @@ class SetupTable(Table):
 
 def require_apart(tools: tuple[ToolsTable, ...]) -> None:
     """Raises ValueError where two edges would be called the same."""
-    calls = [one.called for one in tools]
+    calls = [tool.called for tool in tools]
     if len(set(calls)) < len(calls):
         raise ValueError("two tables of tools have the same `number` and `table_edge`")

@@ -63,8 +63,7 @@ def plane_csv(x_mm: Array, y_mm: Array, displacement_mm: Array, left: Sequence[L
         for y, (dx, dy) in zip(y_mm.tolist(), column, strict=True)
     ]
     judged = [
-        f"# left out: {UM_PER_MM * one.before_mm:.3f} -> {UM_PER_MM * one.after_mm:.3f} um RMS, {one.plate}"
-        for one in left
+        f"# left out: {UM_PER_MM * of.before_mm:.3f} -> {UM_PER_MM * of.after_mm:.3f} um RMS, {of.plate}" for of in left
     ]
     return "\n".join([_OF_PLATES, *judged, "x_mm,y_mm,dx_um,dy_um", *rows, ""])
 

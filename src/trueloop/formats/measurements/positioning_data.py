@@ -157,7 +157,7 @@ def _csv(text: str, path: Path, unit: str | None) -> Test:
     scales = {one: by for one, by in (SCALE | ARCSECONDS).items() if (one in ("deg", "arcsec")) == angular}
     if unit is not None and unit not in scales:
         raise file.refusal(f"--unit {unit}: {target} is in another kind of unit", None, f"one of {', '.join(scales)}")
-    readings = [f"{kind}_{one}" for kind in ("actual", "deviation") for one in (units[0], *scales)]
+    readings = [f"{kind}_{scale}" for kind in ("actual", "deviation") for scale in (units[0], *scales)]
     given = [name for name in dict.fromkeys(file.header) if name in readings]
     if len(given) > 1:
         raise file.refusal(f"{len(given)} of its columns are readings: {', '.join(given)}; one is needed")

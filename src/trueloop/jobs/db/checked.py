@@ -86,9 +86,9 @@ def odd_order(facts: Facts) -> Iterator[Finding]:
         if cut.value.setting is not None and cut.value.stage is Stage.FINISH:
             edges.setdefault(cut.value.setting.edge.identity, []).append(cut)
     for edge, cuts in edges.items():
-        inspected = [shown.get(one.value.identity) for one in cuts]
-        at = [None if one is None else one.measured_at for one in inspected]
-        order = cutting_order([Dated(one.value, when, one.row) for one, when in zip(cuts, at, strict=True)])
+        inspected = [shown.get(stored.value.identity) for stored in cuts]
+        at = [None if inspection is None else inspection.measured_at for inspection in inspected]
+        order = cutting_order([Dated(stored.value, when, stored.row) for stored, when in zip(cuts, at, strict=True)])
         doubted = [cuts[k] for k, doubt in zip(order.places, order.in_doubt, strict=True) if doubt]
         if doubted:
             yield _in_doubt(edge, doubted)
@@ -119,13 +119,16 @@ def odd_times(facts: Facts) -> Iterator[Finding]:
 def _labels_of_file(name: str, of_file: list[Inspection], place: Place) -> Iterator[Finding]:
     """Yields what contradicts a label of the file; one inspection that agrees suffices: a label names one part."""
     for label in labels_in(PurePath(name).name):
-        found = [contradictions(label, one.part.part_type, one.part.serial, place=place) for one in of_file]
+        found = [
+            contradictions(label, inspection.part.part_type, inspection.part.serial, place=place)
+            for inspection in of_file
+        ]
         if found and all(found):
             yield from found[0]
 
 
 def _in_doubt(edge: Identity, cuts: list[Kept[Cut]]) -> Finding:
-    serials = [one.value.part.serial for one in cuts]
+    serials = [cut.value.part.serial for cut in cuts]
     return Finding(
         Severity.WARNING,
         Code.STO_ORDER,
@@ -184,8 +187,8 @@ def check_store(store: Store, progress: Callable[[str], None] = lambda _: None) 
             before = replace(kept, value=None)
             if kept.superseded_by is None:
                 over.facts.take(kept)
-    facts, unreadable = over.facts, {one.values.get("row") for one in over.findings}
-    more = [one for one in map(_damaged, damaged) if one.values["row"] not in unreadable]
+    facts, unreadable = over.facts, {finding.values.get("row") for finding in over.findings}
+    more = [finding for finding in map(_damaged, damaged) if finding.values["row"] not in unreadable]
     odd = (*odd_links(facts), *odd_labels(facts), *odd_order(facts), *odd_times(facts))
     return StoreCheck(over.rows, (*over.findings, *more, *odd))
 

@@ -84,10 +84,10 @@ def named_row(store: Store, what: str) -> NamedRow:
 
 
 def _parts(store: Store, what: str) -> list[Part]:
-    by_serial = [one.value for one in find(store, Part, serial=what)]
+    by_serial = [stored.value for stored in find(store, Part, serial=what)]
     kind, slash, serial = what.rpartition("/")
     typed = find(store, Part, part_type=kind, serial=serial) if slash else []
-    return [*by_serial, *(one.value for one in typed), *_labelled(store, what)]
+    return [*by_serial, *(stored.value for stored in typed), *_labelled(store, what)]
 
 
 def _labelled(store: Store, what: str) -> list[Part]:
@@ -101,7 +101,7 @@ def _labelled(store: Store, what: str) -> list[Part]:
         asked = [{"serial": label.number}, {"part_type": label.number, "serial": label.inspection}]
     elif isinstance(label, PartLabel):
         asked = [{"serial": label.copy}] if label.copy else [{"part_type": label.number}]
-    return [one.value for by in asked for one in find(store, Part, **by) if names_part(label, one.value)]
+    return [stored.value for by in asked for stored in find(store, Part, **by) if names_part(label, stored.value)]
 
 
 def _unknown(what: str) -> TrueloopError:
@@ -137,7 +137,7 @@ def left_behind(store: Store, row: NamedRow, kept: Kept[Any]) -> list[str]:
     if old == kept.value.identity or not isinstance(kept.value, Inspection | Cut):
         return []
     asked: dict[str, Any] = {"identity" if isinstance(kept.value, Inspection) else "cut": joined(old)}
-    return [row_name(InspectionLink, one.row) for one in find(store, InspectionLink, **asked)]
+    return [row_name(InspectionLink, stored.row) for stored in find(store, InspectionLink, **asked)]
 
 
 def _value(store: Store, file: Path, row: NamedRow) -> Any:
@@ -208,7 +208,7 @@ def found_rows(store: Store, what: str, sought: Sought) -> list[Row]:
         if name not in (*kind.names, *(["edge"] if kind.type is Edge else [])):
             raise _no_column(what, name)
     kept: list[Kept[Any]] = find_values(store, kind.type, superseded=sought.superseded, **columns)
-    return [_row(kind, one, sought.superseded) for one in kept if _wanted(one, kind, sought)]
+    return [_row(kind, stored, sought.superseded) for stored in kept if _wanted(stored, kind, sought)]
 
 
 def _transfers(store: Store, sought: Sought) -> Iterator[Row]:
@@ -310,7 +310,7 @@ def life_of_part(store: Store, part: Part) -> tuple[Entry, ...]:
                 who = ", ".join([*([by.by] if by.by else []), *([by.why] if by.why else [])])
                 said = f"superseded by {row_name(kind, by.row)}" + (f": {who}" if who else "")
                 entries.append(_entry(kept, by.kept_at, said, []))
-    return tuple(sorted(entries, key=lambda one: (_utc(one.at or one.kept_at), one.row)))
+    return tuple(sorted(entries, key=lambda entry: (_utc(entry.at or entry.kept_at), entry.row)))
 
 
 def _utc(at: datetime) -> datetime:
@@ -334,7 +334,7 @@ def _corrections(whole: Life) -> Iterator[Entry]:
         record: Record = kept.value
         program = [] if record.program is None else [f"of {record.program.name}"]
         said = " ".join(["corrected", *program, f"by record {record.id}"])
-        cut = [f"run by {row_name(Cut, one.row)}" for one in whole.cuts if one.value.correction == record.id]
+        cut = [f"run by {row_name(Cut, stored.row)}" for stored in whole.cuts if stored.value.correction == record.id]
         at = datetime.fromisoformat(record.made_at) if record.made_at else None
         yield Entry(row_name(Correction, kept.row), at, kept.kept_at, said, tuple(cut))
 

@@ -43,7 +43,7 @@ def read_inspections(path: Path, of: InspectionOptions) -> tuple[Inspection, ...
     """Reads the inspections of a file, each with its part. Raises STO-PART, LAB-LINK, and what reading refuses."""
     files = None if of.job is None else JobFiles.of(of.job)
     read = _touches(path, files.job) if files is not None and _is_touches(path) else _measured(path, of, files)
-    return tuple(_with_part(path, one, of, None if files is None else files.job) for one in read)
+    return tuple(_with_part(path, inspection, of, None if files is None else files.job) for inspection in read)
 
 
 def _is_touches(path: Path) -> bool:
@@ -61,11 +61,11 @@ def _touches(path: Path, job: Job) -> Iterator[Inspection]:
 def _measured(path: Path, of: InspectionOptions, files: JobFiles | None) -> Iterator[Inspection]:
     """Yields the inspections of gauge and measuring machine files. Errors on the job's part are refused."""
     part = None if files is None else PartOfJob(files.job.part.name, files.profile(), files.sources.files)
-    for one in read_measured(path, of.stated, part).on_part:
-        for found in one.findings:
+    for on_part in read_measured(path, of.stated, part).on_part:
+        for found in on_part.findings:
             if found.severity is Severity.ERROR:
                 raise found.as_error()
-        yield one.inspection
+        yield on_part.inspection
 
 
 def _with_part(path: Path, inspection: Inspection, of: InspectionOptions, job: Job | None) -> Inspection:
@@ -153,16 +153,16 @@ def import_files(
 def _of_values(store: Store, path: Path, beginning: bytes, of: InspectionOptions) -> Imported:
     if beginning.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
         record = read_record(path)
-        known = (one for one in record.inspections if one.part.serial)
+        known = (inspection for inspection in record.inspections if inspection.part.serial)
         values: list[Any] = [*known, Correction(record, {}, None)]
     else:
         values = list(read_inspections(path, of))
         with in_file(path):
-            for one in values:
-                require_file_of_part(store, one)
+            for value in values:
+                require_file_of_part(store, value)
     kept = keep(store, values, by=user_name())
-    rows = tuple((row_name(type(one.value), one.row), one.new) for one in kept)
-    return Imported(path, len(kept), sum(one.new for one in kept), rows)
+    rows = tuple((row_name(type(stored.value), stored.row), stored.new) for stored in kept)
+    return Imported(path, len(kept), sum(stored.new for stored in kept), rows)
 
 
 def _of_export(store: Store, path: Path, progress: Callable[[str], None]) -> Imported:

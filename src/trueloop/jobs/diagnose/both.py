@@ -45,11 +45,11 @@ def both_of_machine(
     """
     machine = model.model.machine
     kept = [one.value for one in find(store, BothInspections, machine=machine.name)]
-    of_type = [one for one in kept if not part_types or one.part.part_type.name in part_types]
+    of_type = [pair for pair in kept if not part_types or pair.part.part_type.name in part_types]
     if not of_type:
         stored = [one.value for one in find(store, BothInspections)]
-        machines = sorted({one.machine.name for one in stored})
-        types = sorted({one.part.part_type.name for one in stored if one.machine.name == machine.name})
+        machines = sorted({pair.machine.name for pair in stored})
+        types = sorted({pair.part.part_type.name for pair in stored if pair.machine.name == machine.name})
         asked, known = (machine.name, machines) if machine.name not in machines else (next(iter(part_types), ""), types)
         near = difflib.get_close_matches(asked, known, n=1)
         of = f" of part type {asked!r}" if machine.name in machines else ""
@@ -58,22 +58,22 @@ def both_of_machine(
             hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known) or 'none'}; {DECOMPOSE}",
         )
     findings: list[Finding] = []
-    own = [one for one in of_type if not machine.serial or one.machine.serial in ("", machine.serial)]
-    for one in of_type:
-        if one not in own:
-            findings.append(_accepted(_other_machine(one, machine.serial), accept))
+    own = [pair for pair in of_type if not machine.serial or pair.machine.serial in ("", machine.serial)]
+    for pair in of_type:
+        if pair not in own:
+            findings.append(_accepted(_other_machine(pair, machine.serial), accept))
     out = quarantined_parts(store)
-    serials = [one.part.serial for one in own if one.part.identity in out]
+    serials = [pair.part.serial for pair in own if pair.part.identity in out]
     if serials:
         message = f"{len(serials)} parts are in quarantine and left out: {', '.join(serials[:5])}"
         hint = "`trueloop db show` says why"
         findings.append(
             Finding(Severity.NOTE, Code.DIA_FEW, message, hint, values={"count": len(own) - len(serials), "needed": 2})
         )
-    own = [one for one in own if one.part.identity not in out]
+    own = [pair for pair in own if pair.part.identity not in out]
     findings += cut_under_others(own, model.sha256)
     inspections = {one.value.identity: one.value for one in find(store, Inspection)} if own else {}
-    return [both_seen(one, inspections, model.model) for one in own], findings
+    return [both_seen(pair, inspections, model.model) for pair in own], findings
 
 
 def both_seen(pair: BothInspections, inspections: Mapping[Identity, Inspection], model: MachineModel) -> BothSeen:
@@ -150,9 +150,9 @@ def _not_alike(pair: BothInspections, why: str) -> TrueloopError:
 
 def cut_under_others(own: Collection[BothInspections], sha256: str) -> Iterator[Finding]:
     """Yields DIA-MODEL as a note: parts that were cut under another model than the one of that hash."""
-    others = [one for one in own if one.compensated and one.model_sha256 != sha256]
+    others = [pair for pair in own if pair.compensated and pair.model_sha256 != sha256]
     if others:
-        serials = [one.part.serial for one in others]
+        serials = [pair.part.serial for pair in others]
         yield Finding(
             Severity.NOTE,
             Code.DIA_MODEL,

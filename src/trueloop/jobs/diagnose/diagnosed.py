@@ -43,7 +43,9 @@ def _profile(job: Path, part_type: str) -> Profile:
     """Returns the profile of a job's part, or of what one edge cuts of it, of that type, in its program's frame."""
     files = JobFiles.of(job)
     shares = shares_of(files) if files.job.tools or files.job.setups else []
-    return next((one.own.profile for one in shares if one.files.job.part.name == part_type), None) or files.profile()
+    return (
+        next((share.own.profile for share in shares if share.files.job.part.name == part_type), None) or files.profile()
+    )
 
 
 def _places(records: Records, job: Path | None) -> Mapping[str, FeaturePlace]:
@@ -51,7 +53,7 @@ def _places(records: Records, job: Path | None) -> Mapping[str, FeaturePlace]:
     that values imply, by their nominal values.
     """
     seen = [kept.value for kept in records.inspections if records.seen_by(kept.value) is not None]
-    made = (one.payload for one in reversed(tuple(records.corrections.values())))
+    made = (correction.payload for correction in reversed(tuple(records.corrections.values())))
     corrected = next((one.profile for one in made if isinstance(one, turned.Correction)), None)
     profile = corrected if job is None else _profile(job, records.part_type)
     places, tools = places_of(seen, profile), records.tools
@@ -68,13 +70,13 @@ def part(store: Store, serial: str, options: DiagnosisOptions) -> PartDiagnosisS
 
 def parts(store: Store, serial: str, options: DiagnosisOptions) -> list[PartDiagnosisShape]:
     """Diagnoses one part: what each edge cut of it, where several did."""
-    return [_part(store, one, options) for one in part_named(store, serial, options.part_type).shares]
+    return [_part(store, share, options) for share in part_named(store, serial, options.part_type).shares]
 
 
 def _part(store: Store, named: Part, options: DiagnosisOptions) -> PartDiagnosisShape:
     sources = sources_of(store, options, named.part_type.name)
     parts, findings = parts_of(sources)
-    own = next((one for one in parts if one.part.identity == named.identity), None)
+    own = next((part for part in parts if part.part.identity == named.identity), None)
     if own is None:
         raise _not_inspected(named.serial, quarantined=named.identity in sources.records.out)
     done = diagnose_part(
@@ -111,7 +113,7 @@ def _series(store: Store, part_type: str, options: DiagnosisOptions) -> SeriesDi
 def _only(choices: Sequence[T]) -> T:
     if len(choices) == 1:
         return choices[0]
-    names = ", ".join(repr(one.part_type) for one in choices)
+    names = ", ".join(repr(choice.part_type) for choice in choices)
     raise Code.DIA_NONE.refusal(
         f"{len(choices)} edges cut the part, each with a diagnosis of its own: {names}",
         hint="state `part_type`: one of these names",

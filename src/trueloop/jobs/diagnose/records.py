@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from trueloop.diagnosis.causes.cause import SeenBy
-from trueloop.domain.inspection import BothInspections, Inspection, Reading, StandardPart
+from trueloop.domain.inspection import BothInspections, CmmPoint, Inspection, Reading, StandardPart, Touch
 from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stage
 from trueloop.domain.part import Part, PartType, WholePart, joined_shares, whole_of
 from trueloop.domain.record import Correction
@@ -41,7 +41,11 @@ class Records:
     @cached_property
     def parts(self) -> tuple[Part, ...]:
         """Returns the parts of which a finished surface was inspected, without those in quarantine."""
-        found = {one.part.identity: one.part for one in (kept.value for kept in self.inspections) if self.seen_by(one)}
+        found = {
+            inspection.part.identity: inspection.part
+            for inspection in (kept.value for kept in self.inspections)
+            if self.seen_by(inspection)
+        }
         return tuple(part for identity, part in found.items() if identity not in self.out)
 
     @cached_property
@@ -76,10 +80,10 @@ class Records:
         features that it did not measure.
         """
         found: dict[SeenBy, Inspection] = {}
-        for one in (kept.value for kept in self.inspections):
-            by = self.seen_by(one) if one.part.identity == part.identity else None
+        for inspection in (kept.value for kept in self.inspections):
+            by = self.seen_by(inspection) if inspection.part.identity == part.identity else None
             if by is not None:
-                found[by] = _completed(one, found[by]) if by in found else one
+                found[by] = _completed(inspection, found[by]) if by in found else inspection
         return found
 
     def kept_at(self, part: Part) -> int:
@@ -88,25 +92,19 @@ class Records:
 
 
 def _completed(latest: Inspection, earlier: Inspection) -> Inspection:
-    """Returns an inspection with the values of an earlier one on features that it did not measure; touches of a probe
-    are not joined with other values.
-    """
-    measured = {_place_of(one) for one in latest.values}
-    missed = tuple(one for one in earlier.values if (at := _place_of(one)) and at not in measured)
-    if not missed or bool(latest.touches) != bool(earlier.touches):
+    """Returns an inspection with the values of an earlier one, measured alike, on features that it did not measure."""
+    measured = {_place_of(value) for value in latest.values}
+    missed = tuple(value for value in earlier.values if (at := _place_of(value)) and at not in measured)
+    if not missed or "" in measured or latest.measured != earlier.measured:
         return latest
-    alike = latest.measured == earlier.measured
-    return replace(
-        latest,
-        values=(*latest.values, *missed),
-        count=len(latest.values) + len(missed),
-        measured=latest.measured if alike else "readings and CMM points",
-    )
+    return replace(latest, values=(*latest.values, *missed), count=len(latest.values) + len(missed))
 
 
-def _place_of(value: object) -> str:
-    """Returns the feature of a value, or its characteristic; "" where neither is known."""
-    return getattr(value, "feature", None) or getattr(value, "characteristic", "")
+def _place_of(value: Touch | Reading | CmmPoint) -> str:
+    """Returns the feature of a value, or the characteristic of a reading; "" where neither is known."""
+    if isinstance(value, CmmPoint):
+        return ""
+    return value.feature or (value.characteristic if isinstance(value, Reading) else "")
 
 
 def tool_of(cut: Cut) -> str:
@@ -120,19 +118,19 @@ def tool_of(cut: Cut) -> str:
 def read_records(store: Store, part_type: str | None) -> Records:
     """Reads that part type, or the only one. Raises DIA-NONE where the store holds none of it, or several."""
     (name,) = types_of(store, part_type)[:1]
-    cuts = [one.value for one in find(store, Cut, part_type=name)]
-    standards = [one.value for one in find(store, StandardPart, part_type=name)]
-    inspections = tuple(one for one in find(store, Inspection, part_type=name) if one.value.values)
+    cuts = [stored.value for stored in find(store, Cut, part_type=name)]
+    standards = [stored.value for stored in find(store, StandardPart, part_type=name)]
+    inspections = tuple(stored for stored in find(store, Inspection, part_type=name) if stored.value.values)
     return Records(
         part_type=name,
         inspections=inspections,
-        links={one.value.inspection: one.value for one in find(store, InspectionLink)},
+        links={stored.value.inspection: stored.value for stored in find(store, InspectionLink)},
         cuts={cut.part.identity: cut for cut in cuts if cut.stage is Stage.FINISH},
         early=frozenset(cut.identity for cut in cuts if cut.stage is not Stage.FINISH),
         quarantined=quarantined_cuts(store) if cuts else frozenset(),
-        both=tuple(one.value for one in find(store, BothInspections, part_type=name)),
-        standards={one.part.identity: one for one in standards},
-        corrections={one.value.record.id: one.value for one in find(store, Correction, part_type=name)},
+        both=tuple(stored.value for stored in find(store, BothInspections, part_type=name)),
+        standards={standard.part.identity: standard for standard in standards},
+        corrections={stored.value.record.id: stored.value for stored in find(store, Correction, part_type=name)},
     )
 
 
@@ -140,18 +138,20 @@ def part_named(store: Store, serial: str, part_type: str | None) -> WholePart:
     """Returns the part of that serial number, with what each edge cut of it. Raises DIA-NONE, with those that are
     written alike, or where several have it.
     """
-    same = {one.value.identity: one.value for one in find(store, Part, serial=serial)}
-    found = [one for one in joined_shares(same.values()) if part_type in (None, one.part.part_type.name)]
-    found = found or [WholePart(one, (one,)) for one in same.values() if one.part_type.name == part_type]
+    same = {stored.value.identity: stored.value for stored in find(store, Part, serial=serial)}
+    found = [share for share in joined_shares(same.values()) if part_type in (None, share.part.part_type.name)]
+    found = found or [WholePart(part, (part,)) for part in same.values() if part.part_type.name == part_type]
     if len(found) == 1:
         return found[0]
     if found:
-        names = ", ".join(sorted({one.part.part_type.name for one in found}))
+        names = ", ".join(sorted({whole_part.part.part_type.name for whole_part in found}))
         raise Code.DIA_NONE.refusal(
             f"{len(found)} parts have the serial number {serial!r}",
             hint=f"say of which part type: `--type NAME`, one of {names}",
         )
-    known = sorted({one.value.serial for one in find(store, Part) if part_type in (None, one.value.part_type.name)})
+    known = sorted(
+        {stored.value.serial for stored in find(store, Part) if part_type in (None, stored.value.part_type.name)}
+    )
     raise Code.DIA_NONE.refusal(
         f"the store holds no part {serial!r}; it holds {len(known)}", hint=_instead(serial, known)
     )
@@ -178,7 +178,7 @@ def types_of(store: Store, part_type: str | None) -> tuple[str, ...]:
 
 
 def _types(store: Store) -> Iterator[str]:
-    yield from (one.value.part.part_type.name for one in find(store, Inspection))
+    yield from (stored.value.part.part_type.name for stored in find(store, Inspection))
 
 
 def _instead(name: str, names: Sequence[str]) -> str:
@@ -191,8 +191,8 @@ def _instead(name: str, names: Sequence[str]) -> str:
 
 def quarantined_cuts(store: Store) -> frozenset[Identity]:
     """Cuts in quarantine: of each the latest word counts."""
-    words = sorted((one.value for one in find(store, Quarantine)), key=lambda one: one.at)
-    latest = {one.cut: one.lifted for one in words}
+    words = sorted((stored.value for stored in find(store, Quarantine)), key=lambda quarantine: quarantine.at)
+    latest = {word.cut: word.lifted for word in words}
     return frozenset(cut for cut, lifted in latest.items() if not lifted)
 
 

@@ -32,9 +32,9 @@ KINDS = {
 
 def proposals_in_force(store: Store, records: Records) -> Mapping[Identity, Mapping[Identity, float]]:
     """Returns by part how much accepted proposals took off each series of sizes."""
-    sized = any(any(sizes_of(one.value)) for one in records.inspections)
+    sized = any(any(sizes_of(inspection.value)) for inspection in records.inspections)
     parts = read_book(store, records.part_type, SeriesOptions()).parts if sized else ()
-    return {one.inspection.part.identity: one.correction_mm for one in parts}
+    return {part.inspection.part.identity: part.correction_mm for part in parts}
 
 
 def of_proposals(
@@ -45,9 +45,9 @@ def of_proposals(
     """
     taken: dict[tuple[str, str], float] = {}
     done: set[Identity] = set()
-    for one in inspections:
-        for asked, _ in sizes_of(one):
-            series = identity_of(one.part.part_type, asked)
+    for inspection in inspections:
+        for asked, _ in sizes_of(inspection):
+            series = identity_of(inspection.part.part_type, asked)
             if series in by_series and series not in done and asked.quantity in KINDS:
                 done.add(series)
                 kind, share = KINDS[asked.quantity]
@@ -102,7 +102,7 @@ def _inspected(
 ) -> InspectedPart:
     records = of.records
     cut, seen = records.cuts.get(part.identity), dict(records.of_part(part))
-    both = next((one for one in reversed(records.both) if one.part.identity == part.identity), None)
+    both = next((pair for pair in reversed(records.both) if pair.part.identity == part.identity), None)
     taken = None
     if both is not None and of.model is not None:
         inspections = {kept.value.identity: kept.value for kept in records.inspections}
@@ -145,7 +145,9 @@ def _displaced(point: CmmPoint, error_mm: float) -> CmmPoint:
 
 def _when(records: Records, part: Part) -> When:
     cut, seen = records.cuts.get(part.identity), records.of_part(part)
-    measured = next((one.measured_at for one in seen.values() if one.measured_at is not None), None)
+    measured = next(
+        (inspection.measured_at for inspection in seen.values() if inspection.measured_at is not None), None
+    )
     if cut is None:
         return When(part.serial, records.kept_at(part), measured_at=measured)
     return When(
@@ -160,7 +162,7 @@ def _when(records: Records, part: Part) -> When:
 
 def _temperatures(inspections: Collection[Inspection]) -> Mapping[str, float]:
     """Those of an inspection on the machine, else of any."""
-    return next((one.temperatures for one in inspections if one.temperatures), {})
+    return next((inspection.temperatures for inspection in inspections if inspection.temperatures), {})
 
 
 def _clocks(records: Records, part: Part, accept: Collection[str]) -> list[Finding]:
@@ -169,7 +171,7 @@ def _clocks(records: Records, part: Part, accept: Collection[str]) -> list[Findi
     if cut is None or cut.at is None:
         return []
     pairs: list[tuple[str, datetime | None, str, datetime | None]] = [
-        ("its inspection", one.measured_at, "its cut", cut.at) for one in records.of_part(part).values()
+        ("its inspection", inspection.measured_at, "its cut", cut.at) for inspection in records.of_part(part).values()
     ]
     if cut.setting is not None:
         pairs.append(("its cut", cut.at, "the setting of its tool", cut.setting.set_at))
@@ -198,7 +200,7 @@ class _Settings:
 
     def __init__(self, store: Store, cuts: Sequence[Cut]) -> None:
         self.cuts = [cut for cut in cuts if cut.setting is not None]
-        self.events = [one.value for one in find(store, EdgeEvent)] if self.cuts else []
+        self.events = [stored.value for stored in find(store, EdgeEvent)] if self.cuts else []
 
     def count(self, cut: Cut) -> int:
         """Returns which setting of its tool it was cut with, from 1."""

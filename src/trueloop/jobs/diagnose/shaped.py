@@ -67,7 +67,7 @@ def fixture_of_part(
 ) -> FixtureDiagnosisShape:
     """Repeats of a part's own points and readings. Raises DIA-NONE and DIA-FEW."""
     shares = part_named(store, serial, options.part_type).shares
-    of_shares = [sources_of(store, options, one.part_type.name) for one in shares]
+    of_shares = [sources_of(store, options, share.part_type.name) for share in shares]
     repeats = [
         one
         for sources in of_shares
@@ -86,10 +86,10 @@ def fixture_of_part(
 
 def shown(name: str, repeats: Sequence[Repeats], accept: Collection[str]) -> FixtureDiagnosisShape:
     """Shows the fixturings of a machine, the unstable ones as findings, which are refused elsewhere."""
-    findings = require_stable([("", one) for one in repeats], (*accept, Code.DIA_UNSTABLE))
+    findings = require_stable([("", repeat) for repeat in repeats], (*accept, Code.DIA_UNSTABLE))
     # Makes the shape of a fixture diagnosis, with each point that was read repeatedly
     return FixtureDiagnosisShape(
-        machine=name, fixturings=[_fixturing(one) for one in repeats], findings=findings_shape(findings)
+        machine=name, fixturings=[_fixturing(repeat) for repeat in repeats], findings=findings_shape(findings)
     )
 
 
@@ -145,13 +145,13 @@ def machine_shape(
         sound=verdict.sound,
         sets=[
             TermSetShape.from_values(
-                one,
+                term_set,
                 errors=[
                     SuspectShape(error=str(suspect.error), follows=suspect.follows, probability=share)
-                    for suspect, share in zip(one.suspects, one.each, strict=True)
+                    for suspect, share in zip(term_set.suspects, term_set.each, strict=True)
                 ],
             )
-            for one in verdict.sets
+            for term_set in verdict.sets
         ],
         scatter_um=um(verdict.noise_mm),
         by_error={str(error): share for error, share in verdict.by_error.items()},
@@ -169,7 +169,8 @@ def machine_shape(
         },
         frames=None if done.frames is None else done.frames.words,
         own_way=[
-            CorrelationShape(error=one.error, signal=one.signal, correlation=one.correlation) for one in done.own_way
+            CorrelationShape(error=correlation.error, signal=correlation.signal, correlation=correlation.correlation)
+            for correlation in done.own_way
         ],
         refinement=refinement,
         findings=findings_shape([*findings, *done.findings]),
@@ -250,13 +251,13 @@ def guilty_of(model: MachineModel, errors: Sequence[str], done: MachineDiagnosis
     """
     follows = {
         str(suspect.error): suspect.follows
-        for one in done.verdict.sets
-        for suspect in one.suspects
+        for term_set in done.verdict.sets
+        for suspect in term_set.suspects
         if suspect.follows in done.seen.state.signals
     }
     if tuple(errors) != (AUTO,):
         return [Guilty(_possible(model, name), follows.get(name, "")) for name in errors]
-    found = [error for one in done.verdict.sets for error in one.axis_errors]
+    found = [error for term_set in done.verdict.sets for error in term_set.axis_errors]
     if not found:
         raise Code.DIA_NONE.refusal(
             f"nothing is found wrong with the model: that it is sound has the probability {done.verdict.sound:.3f}",

@@ -180,14 +180,14 @@ def correct_by_hand(
         files = replace(JobFiles.of(job), made_by=request.by)
         require_all_shown(store, request.part, request.measured, _tools(files))
         cuts = read_cuts(files)
-        serials = [one.part.serial for one in cuts.measured.inspections if one.part.serial]
+        serials = [inspection.part.serial for inspection in cuts.measured.inspections if inspection.part.serial]
         keeping, memory = (Keeping(), None) if serials else (None, ALONE)
         page = PageOptions(request.say.language, request.say.unit)
         done = corrected_into(job.parent / OUT, files, cuts, store, keeping, page=page, memory=memory)
         beside = [path for path in (job.parent / name for name in OWN) if path.is_file()]
         made = [(path.name, path.read_bytes()) for path in (*done.files, *beside)]
     kept = [add_upload(store, name, content, request.by, now) for name, content in made]
-    return _corrected(done, request.say, tuple(FileMade(one.name, one.sha256) for one in kept))
+    return _corrected(done, request.say, tuple(FileMade(upload.name, upload.sha256) for upload in kept))
 
 
 def _free_name(of: str, name: str, taken: Sequence[str]) -> str:
@@ -214,9 +214,9 @@ def _written_cut(store: Store, part: AskedPart, cut_with: str, folder: Path) -> 
     setups = []
     for k, of in enumerate(part.programs, 1):
         edges = []
-        for number in [of.tool or 1, *(one.number for one in of.tools)]:
+        for number in [of.tool or 1, *(tool.number for tool in of.tools)]:
             words = CalledOffset(number, 1).words
-            own = next((one for one in records if _is_of(one, of.program) and _edge_of(one) == words), None)
+            own = next((record for record in records if _is_of(record, of.program) and _edge_of(record) == words), None)
             edges.append({"number": number, "edge": 1, "record_id": own and own.id})
             if own is not None:
                 setup = f"side{k}-" if part.then else ""
@@ -239,10 +239,10 @@ def _sets_before(store: Store, part: AskedPart) -> list[list[Record]]:
     """The corrections of a part of several tools or set-ups that the store has, by what was measured, latest first."""
     found: dict[tuple[object, ...], list[Record]] = {}
     for of in part.programs:
-        for one in _before(store, of.program):
-            measured = tuple((each.part.serial, each.sha256) for each in one.record.inspections)
-            if _edge_of(one.record):
-                found.setdefault(measured, []).append(one.record)
+        for correction in _before(store, of.program):
+            measured = tuple((each.part.serial, each.sha256) for each in correction.record.inspections)
+            if _edge_of(correction.record):
+                found.setdefault(measured, []).append(correction.record)
     return sorted(found.values(), key=lambda records: records[0].made_at, reverse=True)
 
 
@@ -253,7 +253,7 @@ def _tools(files: JobFiles) -> tuple[str, ...]:
         program = of.finish_program()
         path = of.run.of(program)
         calls = [called(program.dialect, path, move.index) for move in feed_moves(path)]
-        found += [f"{of.setup}: {one.words}" if of.setup else one.words for one in calls if one is not None]
+        found += [f"{of.setup}: {call.words}" if of.setup else call.words for call in calls if call is not None]
     return tuple(dict.fromkeys(found))
 
 
@@ -310,9 +310,13 @@ def _shown(job: Path, asked: AskedPart, say: Texts) -> PartByHand:
         tools=_tools(files),
         sizes=tuple(
             filled_from(
-                SizeToMeasure, one, number=number, quantity=one.quantity.value, tolerance_name=tolerance_name(one)
+                SizeToMeasure,
+                characteristic,
+                number=number,
+                quantity=characteristic.quantity.value,
+                tolerance_name=tolerance_name(characteristic),
             )
-            for number, one in enumerate(sheet.planned, 1)
+            for number, characteristic in enumerate(sheet.planned, 1)
         ),
         picture=Picture(drawn(WIDTHS["wide"]), drawn(WIDTHS["narrow"]), ", ".join(sheet.profile.names)),
     )
@@ -334,16 +338,18 @@ def _corrected(done: Done, say: Texts, files: tuple[FileMade, ...]) -> Corrected
         features=tuple(
             filled_from(
                 FeatureExpected,
-                one,
-                touches=one.figures.touches,
-                before_um=known(one.figures.before_worst_um),
+                summary,
+                touches=summary.figures.touches,
+                before_um=known(summary.figures.before_worst_um),
                 cut_by=cut_by[id(correction)],
             )
             for _, _, correction in made
-            for one in feature_summaries(correction, say)
+            for summary in feature_summaries(correction, say)
         ),
         notes=tuple(dict.fromkeys([*notes, *map(say.note, all_notes(of))])),
-        remarks=tuple(Remarked(one.severity.value, one.code.value, one.message, one.hint) for one in found),
+        remarks=tuple(
+            Remarked(finding.severity.value, finding.code.value, finding.message, finding.hint) for finding in found
+        ),
         pictures=tuple(_before_and_after(one, cut_by[id(one)], say) for _, _, one in made),
         files=files,
     )
@@ -359,11 +365,11 @@ def _before_and_after(of: Correction, cut_by: str, say: Texts) -> Picture:
 
 
 def _to_run(of: SetupCorrection, say: Texts) -> ProgramToRun:
-    offsets = [one for one in of.edges if one.correction is not None and one.correction.decision.by_offset]
+    offsets = [edge for edge in of.edges if edge.correction is not None and edge.correction.decision.by_offset]
     return ProgramToRun(
         setup=of.frame.name,
-        entered=tuple(say.note(answer_of(one)) for one in offsets),
-        blocks=tuple(block for one in offsets if one.correction for block in one.correction.wear.blocks),
+        entered=tuple(say.note(answer_of(offset)) for offset in offsets),
+        blocks=tuple(block for offset in offsets if offset.correction for block in offset.correction.wear.blocks),
         program=of.source_name if of.program is None else of.name,
         given=of.program is None,
     )
@@ -395,7 +401,7 @@ def made_before(store: Store, part: AskedPart, tools: Sequence[str] = ()) -> tup
         for one in reversed(_before(store, part.program))
         if isinstance(one.payload, Correction)
     ]
-    return tuple(one for one in found if _may_be_of(one.tool, part.tool, tools))
+    return tuple(before for before in found if _may_be_of(before.tool, part.tool, tools))
 
 
 def _serial(record: Record) -> str:
@@ -403,13 +409,13 @@ def _serial(record: Record) -> str:
 
 
 def _before(store: Store, sha256: str) -> list[StoredCorrection[Any]]:
-    return [one.value for one in find(store, StoredCorrection, program_sha256=sha256)]
+    return [stored.value for stored in find(store, StoredCorrection, program_sha256=sha256)]
 
 
 def name_before(store: Store, sha256: str) -> str:
     """Returns the name of the part type of the first correction of a program, by its hash; "" before that."""
-    types = (one.record.part_type for one in _before(store, sha256))
-    return next((one.name for one in types if one is not None), "")
+    types = (correction.record.part_type for correction in _before(store, sha256))
+    return next((part_type.name for part_type in types if part_type is not None), "")
 
 
 def tolerances_before(store: Store, sha256: str, unit: Unit) -> dict[str, str]:
@@ -418,13 +424,17 @@ def tolerances_before(store: Store, sha256: str, unit: Unit) -> dict[str, str]:
     By the name of the characteristic, as a drawing writes them.
     """
     before = _before(store, sha256)
-    asked = [one.characteristic for one in before[-1].record.characteristics] if before else []
-    return {one.name: one.tolerance or _deviations(one, MM_PER_INCH if unit == "inch" else 1.0) for one in asked}
+    asked = [characteristic.characteristic for characteristic in before[-1].record.characteristics] if before else []
+    return {
+        characteristic.name: characteristic.tolerance
+        or _deviations(characteristic, MM_PER_INCH if unit == "inch" else 1.0)
+        for characteristic in asked
+    }
 
 
 def _deviations(of: Characteristic, mm_per_unit: float) -> str:
     limits = (of.upper_limit, of.lower_limit)
-    return "/".join(f"{(one - of.nominal) / mm_per_unit:+.6g}" for one in limits if one is not None)
+    return "/".join(f"{(limit - of.nominal) / mm_per_unit:+.6g}" for limit in limits if limit is not None)
 
 
 def _tool_of(of: Correction) -> str:
@@ -450,12 +460,12 @@ def require_all_shown(store: Store, part: AskedPart, measured: AskedReadings | N
     """
     if measured is None or not measured.cut_with:
         return
-    unseen = [one for one in made_before(store, part, tools) if one.id not in measured.made_before]
+    unseen = [before for before in made_before(store, part, tools) if before.id not in measured.made_before]
     if unseen:
         raise Code.CMP_CUT_WITH.refusal(
             f"correction {unseen[0].id} of this program was made since the part was shown, on {unseen[0].made_at[:16]}",
             hint="show the part again, and choose among all of its corrections what cut this part",
-            values={"corrections": [one.id for one in unseen]},
+            values={"corrections": [before.id for before in unseen]},
         )
 
 

@@ -36,7 +36,7 @@ def correction_curves(store: Store, number: str, say: Texts) -> tuple[CurvePictu
 def curve_picture(store: Store, number: str, feature: int, say: Texts, *, narrow: bool, dark: bool) -> str:
     """Draws one feature's error curve (SVG). Raises FAC-UNKNOWN."""
     made = _turned(store, number)
-    if feature not in {one.number for one in curve_pictures(made, say)}:
+    if feature not in {picture.number for picture in curve_pictures(made, say)}:
         raise unknown("feature", str(feature), f"the correction {number} has no error curve of that number")
     drawn = curve_svg(made, feature, WIDTHS["narrow" if narrow else "wide"], say)
     return in_the_dark(drawn) if dark else drawn
@@ -56,7 +56,7 @@ def _turned(store: Store, number: str) -> turned.Correction:
 
 
 def _payload(store: Store, number: str) -> object:
-    found: list[Correction[Any]] = [one.value for one in find(store, Correction, identity=joined((number,)))]
+    found: list[Correction[Any]] = [stored.value for stored in find(store, Correction, identity=joined((number,)))]
     if not found:
         raise _unknown(number)
     return found[-1].payload
@@ -71,7 +71,7 @@ def certify(store: Store, part: int, language: Language, by: By, now: datetime, 
 
     `u_um`: standard uncertainty of readings that state none.
     """
-    found = next((one.value for one in find(store, Part) if one.row == part), None)
+    found = next((stored.value for stored in find(store, Part) if stored.row == part), None)
     if found is None:
         raise unknown("part", str(part), "the store has no such row")
     shape = certificate_of(store, found.serial, found.part_type.name, u_um, by.name)

@@ -220,7 +220,7 @@ def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
     stated = _cut(measured, hand_job)
 
     def wanted(of: AskedProgram, program: Path) -> WantedProgram:
-        tools = tuple(filled_from(NewTool, one) for one in of.tools)
+        tools = tuple(filled_from(NewTool, tool) for tool in of.tools)
         return filled_from(WantedProgram, of, program=program, tools=tools, cut=stated)
 
     made = new_job(

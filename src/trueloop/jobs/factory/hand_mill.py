@@ -71,13 +71,14 @@ def milled_part(handed: HandedFile) -> MilledPart:
         refused = without_folder(refused, handed.file.parent)
         question = question_of(handed.file, job.part, refused)
         return MilledPart(job.name, problem=problem_of(refused), question=question)
-    sizes = [size for one in made.features for size, _ in _sizes(one)]
+    sizes = [size for feature in made.features for size, _ in _sizes(feature)]
     return MilledPart(
         job.name,
         dialect=made.dialect,
         unit="inch" if made.inch else "mm",
         features=tuple(
-            filled_from(MilledFeatureShown, one, at_mm=one.place_mm, tool=f"T{one.tool}") for one in made.features
+            filled_from(MilledFeatureShown, feature, at_mm=feature.place_mm, tool=f"T{feature.tool}")
+            for feature in made.features
         ),
         sizes=tuple(replace(size, number=number) for number, size in enumerate(sizes, 1)),
         notes=made.notes,
@@ -180,7 +181,7 @@ def _sheet(made: ProposedJob, measured: MilledReadings) -> str:
     rows = csv.writer(out, lineterminator="\n")
     head = ("characteristic", "feature", "quantity", "axis", "nominal", "lower_limit", "upper_limit")
     rows.writerow((*head, "value_in" if made.inch else "value_mm"))
-    sizes = {size.name: (size, as_read) for one in made.features for size, as_read in _sizes(one)}
+    sizes = {size.name: (size, as_read) for feature in made.features for size, as_read in _sizes(feature)}
     _require_known(sizes, (*measured.values, *measured.tolerances))
     for name, (size, (quantity, axis)) in sizes.items():
         text = measured.tolerances.get(name, "").strip()

@@ -99,7 +99,7 @@ def import_program(store: Store, upload: Upload, read: ProgramRead, by: By) -> I
     known = find(store, Program, identity=upload.sha256)
     values = [] if known else [Program(upload.name, read.dialect, upload.sha256, read.unit)]
     kept = keep(store, [*values, ProgramText(upload.sha256, upload.content)], by=by.name)
-    return ImportedView(upload.sha256, len(kept) + len(known), sum(one.new for one in kept), read.remarks)
+    return ImportedView(upload.sha256, len(kept) + len(known), sum(stored.new for stored in kept), read.remarks)
 
 
 def import_measurement(
@@ -114,9 +114,13 @@ def import_measurement(
     # The inspection that is meant, which says nothing else than that it is of this part
     found = dict(read.runs)
     serial = part.value.serial
-    own = {k: one for k, one in found.items() if of.run in (None, k) and one.part.serial in ("", serial)}
+    own = {
+        k: inspection
+        for k, inspection in found.items()
+        if of.run in (None, k) and inspection.part.serial in ("", serial)
+    }
     if len(own) != 1:
-        serials = [one.part.serial for one in found.values()]
+        serials = [inspection.part.serial for inspection in found.values()]
         listed = ", ".join(f"{k}: {one!r}" for k, one in zip(found, serials[:20], strict=False))
         raise Code.MSR_SERIAL.refusal(
             f"{upload.name!r} has {len(own)} inspections of part {serial!r}; its {len(found)} are {listed}",
@@ -124,12 +128,16 @@ def import_measurement(
             values={"serials": serials[:20]},
         )
     measured = next(iter(own.values()))
-    said = CutStatement(record=next((one.run for one in part.steps if one.kind is BlockKind.CORRECT and one.run), None))
+    said = CutStatement(
+        record=next((step.run for step in part.steps if step.kind is BlockKind.CORRECT and step.run), None)
+    )
     with job_folder(order.order, programs) as job:
         files = JobFiles.of(job).with_serial(part.value.serial)
         shown = StatedCut(of.after, said, of.measured_at or now)
         kept = keep_in(store, [(upload.name, measured)], files, shown, Keeping(serial=part.value.serial))
-    remarks = tuple(Remarked(one.severity.value, one.code.value, one.message, one.hint) for one in kept.findings)
+    remarks = tuple(
+        Remarked(finding.severity.value, finding.code.value, finding.message, finding.hint) for finding in kept.findings
+    )
     recorded = _record(store, order, part, by, now, f"measured: {upload.name} {upload.sha256[:12]}")
     return ImportedView(upload.sha256, len(kept.kept), len(kept.new), remarks, recorded)
 

@@ -17,8 +17,10 @@ from trueloop.jobs.measure.probing import read_logged_touches, read_probing
 
 def programs_of(reader: StoreReader, order: WorkOrder) -> dict[str, bytes]:
     """Returns the texts of an order's semi-finish program and of the finish program to be corrected, by their kinds."""
-    blocks = {one.kind: one for one in order.route.blocks if one.corrected or one.kind is BlockKind.SEMIFINISH}
-    return {kind.value: program_text(reader, one.program_sha256) or b"" for kind, one in blocks.items()}
+    blocks = {
+        block.kind: block for block in order.route.blocks if block.corrected or block.kind is BlockKind.SEMIFINISH
+    }
+    return {kind.value: program_text(reader, block.program_sha256) or b"" for kind, block in blocks.items()}
 
 
 @contextmanager

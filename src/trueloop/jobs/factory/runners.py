@@ -37,7 +37,7 @@ def links_view(store: Store, settings: Path | None, now: datetime) -> LinksView:
     stated = [] if settings is None else list(_stated(settings))
     with known_of(store) as known:
         last = last_transfers(known)
-        machines = {one.name for one in all_machines(known, now)}
+        machines = {machine.name for machine in all_machines(known, now)}
     named = {name for name, *_ in stated}
     every = [*stated, *((name, "", "") for name in last if name not in named)]
     items = (LinkView(name, kind, where, name in machines, last.get(name)) for name, kind, where in sorted(every))

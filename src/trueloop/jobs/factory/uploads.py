@@ -138,7 +138,7 @@ def inspected(handed: HandedFile) -> UploadedInspection:
     for finding in (one for each in found.on_part for one in each.findings):
         if finding.severity is Severity.ERROR:
             raise finding.as_error()
-    return UploadedInspection(tuple((one.run, one.inspection) for one in found.on_part))
+    return UploadedInspection(tuple((on_part.run, on_part.inspection) for on_part in found.on_part))
 
 
 def order_read(handed: HandedFile) -> int:
@@ -198,8 +198,8 @@ def _measurement(handed: HandedFile, file: FileOnPart) -> views.MeasurementRead:
     return views.MeasurementRead(
         file.file.format,
         file.file.unit,
-        tuple(_inspection(file, one) for one in file.on_part),
-        tuple(views.Remarked("note", "", one.text, line=one.line) for one in file.file.remarks),
+        tuple(_inspection(file, on_part) for on_part in file.on_part),
+        tuple(views.Remarked("note", "", remark.text, line=remark.line) for remark in file.file.remarks),
         handed.asked.mapping_toml or (_proposed(handed) if file.file.format.startswith("table") else ""),
     )
 

@@ -54,8 +54,8 @@ def keep_both(
     assert store is not None  # made where there is none
     part = Part(PartType(of.part_type), of.serial)
     on_machine, on_cmm = _inspections(of, path, part)
-    for one in (on_machine, on_cmm):
-        require_file_of_part(store, one)
+    for inspection in (on_machine, on_cmm):
+        require_file_of_part(store, inspection)
     seen, named = of.seen, model.machine
     comp_proc_mm = np.atleast_1d(np.asarray(seen.comp_proc_mm, dtype=np.float64))
     both = filled_from(
@@ -114,7 +114,7 @@ def offer_model(
     version = Version(
         number=1 if known.version is None else known.version.number + 1,
         parent_sha256=sha256_of(content),
-        errors=tuple(dict.fromkeys(str(one.error) for one in refined.guilty)),
+        errors=tuple(dict.fromkeys(str(guilty.error) for guilty in refined.guilty)),
         reason=str(refined.reason),
         judged=str(refined.judged.words),
         made_at=_now(),

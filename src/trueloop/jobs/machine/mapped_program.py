@@ -124,7 +124,7 @@ def program_obstacles(
     with in_file(source):
         whole = _with_called(source, known)
         found = obstacles(_pieces_of(whole), known, field, options, parameters or {})
-    return [whole.placed(one).in_file(str(source)) for one in found]
+    return [whole.placed(error).in_file(str(source)) for error in found]
 
 
 def _dialect_of(source: Path) -> str:

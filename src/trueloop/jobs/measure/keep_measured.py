@@ -85,7 +85,7 @@ def keep_measured(
     `names`: the profile's names of features, by those in the files. Raises STO-PART, STO-OTHER-PART, STO-LINK,
     STO-STAGE, STO-CLOCK, STO-UNIT, STO-PROGRAM, and what keeping refuses.
     """
-    inspections = [(file.file.path.name, one.inspection) for file in files for one in file.on_part]
+    inspections = [(file.file.path.name, on_part.inspection) for file in files for on_part in file.on_part]
     beside: Beside = "made" if shown.after == "semifinish" else "used"
     return _keep(inspections, JobFiles.of(job), shown, keeping, beside, names or {})
 
@@ -95,7 +95,7 @@ def keep_inspections(
 ) -> KeptFacts | None:
     """Keeps inspections with the names of their files; None: no store is named, and the part has no serial number."""
     files = JobFiles.of(job)
-    known = keeping.serial or files.job.part.serial or all(one.part.serial for _, one in inspections)
+    known = keeping.serial or files.job.part.serial or all(inspection.part.serial for _, inspection in inspections)
     return _keep(inspections, files, shown, keeping, "made" if known else "unused", {})
 
 
@@ -127,8 +127,8 @@ def keep_in(
     values, findings, finished = list[Any](), list[Finding](), list[LivedPart]()
     for share, cut in zip(shares, said, strict=True):
         given = _KeepingContext(store, share.files, replace(shown, cut=cut), keeping, findings)
-        for file, one in share.inspections:
-            values += _facts(given, _of_part(one, share.files.job, shown, share.names, file))
+        for file, inspection in share.inspections:
+            values += _facts(given, _of_part(inspection, share.files.job, shown, share.names, file))
         finished += given.finished.values()
     judged = judged_parts(store, finished, keeping.accept)
     kept = keep_facts(store, [*values, *judged.words], [*findings, *judged.findings], supersede=keeping.supersede)
@@ -147,14 +147,14 @@ class _Share:
 def _shares(files: JobFiles, inspections: Sequence[tuple[str, Inspection]], names: Mapping[str, str]) -> list[_Share]:
     """Returns a part's measurements by edge, each as a job of its own with the features that the edge cuts."""
     profile, found = files.profile(), list[_Share]()
-    inspections = [(file, _from_reference(one, files.job)) for file, one in inspections]
+    inspections = [(file, _from_reference(inspection, files.job)) for file, inspection in inspections]
     drawn = characteristics_of(files.located, profile)
     for share in shares_of(files):
         mine = [
-            (file, inspection_of_edge(one, profile, share.own, names, share.setup, drawn=drawn))
-            for file, one in inspections
+            (file, inspection_of_edge(inspection, profile, share.own, names, share.setup, drawn=drawn))
+            for file, inspection in inspections
         ]
-        found.append(_Share(share.files, [(file, one) for file, one in mine if one.values], {}))
+        found.append(_Share(share.files, [(file, inspection) for file, inspection in mine if inspection.values], {}))
     return found
 
 

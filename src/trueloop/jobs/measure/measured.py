@@ -74,12 +74,12 @@ def read_measured(
     file = read_measured_file(path, stated)
     inspections = _chosen(file, chosen or Chosen())
     if part is None:
-        return FileOnPart(file, tuple(OnPart(run, one) for run, one in inspections))
+        return FileOnPart(file, tuple(OnPart(run, inspection) for run, inspection in inspections))
     from trueloop.jobs.turned.readings import deviations_of, require_features
 
     require_features(stated.mapping, names, part.profile)
-    found = tuple(_on_part(part.profile, file, run, one, names, axis) for run, one in inspections)
-    matched = [reading for one in found if one.matches is not None for reading in one.matches.readings]
+    found = tuple(_on_part(part.profile, file, run, inspection, names, axis) for run, inspection in inspections)
+    matched = [reading for on_part in found if on_part.matches is not None for reading in on_part.matches.readings]
     remarks = (*file.remarks, *deviations_of(file, part.profile, matched))
     return FileOnPart(replace(file, remarks=remarks), found, part.name, part.profile.names)
 
@@ -90,16 +90,16 @@ def _on_part(
     inspection = file.for_part(inspection)
     matches = match_inspection(profile, inspection, names, axis)
     findings = (*check_matches(profile, inspection, matches, names, axis), *other_nominals(profile, matches.readings))
-    return OnPart(run, inspection, matches, tuple(one.in_file(str(file.path)) for one in findings))
+    return OnPart(run, inspection, matches, tuple(finding.in_file(str(file.path)) for finding in findings))
 
 
 def _chosen(file: MeasuredFile, chosen: Chosen) -> tuple[tuple[int, Inspection], ...]:
     """Raises MSR-SERIAL for a serial number or a run that the file has not."""
     found = list(enumerate(file.inspections, 1))
-    if chosen.serial is not None and (len(found) > 1 or any(one.part.serial for _, one in found)):
-        found = [(k, one) for k, one in found if one.part.serial == chosen.serial]
+    if chosen.serial is not None and (len(found) > 1 or any(inspection.part.serial for _, inspection in found)):
+        found = [(k, inspection) for k, inspection in found if inspection.part.serial == chosen.serial]
     if chosen.run is not None:
-        found = [(k, one) for k, one in found if k == chosen.run]
+        found = [(k, inspection) for k, inspection in found if k == chosen.run]
     if not found and (chosen.serial, chosen.run) != (None, None):
         asked = "" if chosen.serial is None else f" of serial number {chosen.serial!r}"
         run = "" if chosen.run is None else f" run {chosen.run}"
@@ -108,7 +108,7 @@ def _chosen(file: MeasuredFile, chosen: Chosen) -> tuple[tuple[int, Inspection],
 
 
 def _serial_error(file: MeasuredFile, why: str) -> TrueloopError:
-    serials = [one.part.serial for one in file.inspections]
+    serials = [inspection.part.serial for inspection in file.inspections]
     listed = ", ".join(f"{k}: {serial!r}" for k, serial in list(enumerate(serials, 1))[:20])
     more = "" if len(serials) <= 20 else ", …"
     return Code.MSR_SERIAL.refusal(
@@ -131,12 +131,12 @@ def write_measured(files: Sequence[FileOnPart], part: PartOfJob, target: Path, i
             raise _serial_error(file.file, "holds several")
         if len(serials) > 1:
             raise _serial_error(file.file, f"is not of one part with the others, {len(serials)} serial numbers in all")
-        for found in (one for on_part in file.on_part for one in on_part.findings):
+        for found in (finding for on_part in file.on_part for finding in on_part.findings):
             if found.severity is Severity.ERROR:
                 raise found.as_error()
     on_part = [(one.inspection, one.matches) for file in files for one in file.on_part if one.matches is not None]
     touches = in_order(part.profile, [each.touch for _, matches in on_part for each in matches.touches])
-    readings = [(one, [_of_part(part.profile, m) for m in matches.readings]) for one, matches in on_part]
+    readings = [(inspection, [_of_part(part.profile, m) for m in matches.readings]) for inspection, matches in on_part]
     if touches:
         error_vectors(part.profile, touches, Gauging())
     contents: list[Named] = [(target.name, touches_to_csv(touches).encode())] if touches else []
@@ -145,7 +145,7 @@ def write_measured(files: Sequence[FileOnPart], part: PartOfJob, target: Path, i
         contents.append((name, readings_to_csv(readings).encode()))
     if not contents:
         raise Code.MSR_NONE.refusal(
-            f"0 of {sum(one.count for one, _ in on_part)} values are errors of the part's profile",
+            f"0 of {sum(inspection.count for inspection, _ in on_part)} values are errors of the part's profile",
             hint="the table shows what was not matched, and why; a mapping's [features] lists names that differ",
         )
     return write_all(target.parent, contents, inputs)

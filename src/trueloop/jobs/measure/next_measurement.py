@@ -98,13 +98,13 @@ class NextOf:
 
     def points(self, instrument: Instrument) -> tuple[CmmTouch, ...]:
         """Returns the points that the plan has for a probe or a measuring machine, in the order of the profile."""
-        chosen = {one.name for one in self.plan.chosen if one.instrument == instrument}
+        chosen = {measurement.name for measurement in self.plan.chosen if measurement.instrument == instrument}
         return tuple(touch for name, touch in self.touches.items() if f"{name} ({instrument})" in chosen)
 
     @property
     def by_hand(self) -> tuple[Characteristic, ...]:
         """Returns the sizes that the plan has for a gauge."""
-        chosen = {one.name for one in self.plan.chosen if one.instrument == "micrometer"}
+        chosen = {measurement.name for measurement in self.plan.chosen if measurement.instrument == "micrometer"}
         return tuple(size for name, size in self.sizes.items() if name in chosen)
 
     def as_dict(self) -> dict[str, object]:
@@ -120,10 +120,10 @@ class NextOf:
             },
             "measurements": [
                 {
-                    **{"name": one.name, "feature": one.feature, "instrument": one.instrument},
-                    **{"minutes": one.minutes, "before": one.before, "after": one.after},
+                    **{"name": measurement.name, "feature": measurement.feature, "instrument": measurement.instrument},
+                    **{"minutes": measurement.minutes, "before": measurement.before, "after": measurement.after},
                 }
-                for one in plan.chosen
+                for measurement in plan.chosen
             ],
         }
 
@@ -151,8 +151,8 @@ def next_of_job(
     touches = {touch.name: touch for touch in places}
     sizes = _sizes(profile, asked, instruments)
     probed = _probed(path, files, profile, places) if "probe" in instruments else ()
-    by_ball: list[tuple[CmmTouch, Instrument]] = [(one, "probe") for one in probed]
-    by_ball += [(one, "cmm") for one in places if "cmm" in instruments]
+    by_ball: list[tuple[CmmTouch, Instrument]] = [(cmm_touch, "probe") for cmm_touch in probed]
+    by_ball += [(place, "cmm") for place in places if "cmm" in instruments]
     seen = _seen(profile, by_ball, sizes, gauging)
     store = store_of(path.parent, db, files.job.store.db)
     plan = next_measurements(_edges(cuts, seen, {**MINUTES, **minutes}, store), count)
@@ -234,7 +234,7 @@ def _probed(path: Path, files: JobFiles, profile: Profile, places: Sequence[CmmT
     """Returns the places that the job's probe reaches; all of them where the job names no probe."""
     if files.job.gauging.probe is None:
         return tuple(places)
-    setups: list[str | None] = [one.name for one in files.job.setups] or [None]
+    setups: list[str | None] = [table.name for table in files.job.setups] or [None]
     found = {touch.name for setup in setups for touch in reached(path, places, setup)}
     return tuple(touch for touch in places if touch.name in found)
 
@@ -248,7 +248,7 @@ def _seen(
     """Returns all measurements that can be taken, each with its feature and instrument."""
     return [
         *((touch.feature, kind, _touch(profile, touch, kind, gauging)) for touch, kind in by_ball),
-        *((one.feature, "micrometer", _size(profile, one, gauging)) for one in sizes.values()),
+        *((siz.feature, "micrometer", _size(profile, siz, gauging)) for siz in sizes.values()),
     ]
 
 
@@ -288,7 +288,7 @@ def _edges(
             if store is not None:
                 inputs = with_memory(store, stored_inputs(inputs, cuts.read.profile, own), None)
             errors = process_errors(inputs) if len(inputs.touches.point) else inputs.touches
-            mine = seen_of_edge([one for _, _, one in readings], setup.frame, own, cuts.read.profile)
+            mine = seen_of_edge([observation for _, _, observation in readings], setup.frame, own, cuts.read.profile)
             edges.append(
                 Edge(
                     profile=inputs.profile,
@@ -326,8 +326,10 @@ def _known_of_stored(store: Store, correction: Correction) -> EdgeState:
 def _candidates(
     mine: Sequence[Seen], readings: Sequence[tuple[str, Instrument, Seen]], minutes: Mapping[Instrument, float]
 ) -> tuple[Candidate, ...]:
-    kinds = {one.name: (feature, kind) for feature, kind, one in readings}
-    return tuple(Candidate(one, *kinds[one.name], minutes[kinds[one.name][1]]) for one in mine)
+    kinds = {observation.name: (feature, kind) for feature, kind, observation in readings}
+    return tuple(
+        Candidate(observation, *kinds[observation.name], minutes[kinds[observation.name][1]]) for observation in mine
+    )
 
 
 def next_of_part(
@@ -354,11 +356,15 @@ def next_of_part(
     touches, sizes, edges = dict[str, CmmTouch](), dict[str, Characteristic](), list[Edge]()
     for correction in made:
         profile, frame, gauging = correction.profile, frame_of(correction), _gauging(correction)
-        asked = characteristics_in(frame, [one.characteristic for one in correction.characteristics])
+        asked = characteristics_in(
+            frame, [characteristic.characteristic for characteristic in correction.characteristics]
+        )
         places = _places(profile, correction.nose_radius_mm)
         own = _sizes(profile, asked, instruments)
-        seen = _seen(profile, [(one, kind) for kind in BALLS if kind in instruments for one in places], own, gauging)
-        candidates = _candidates([one for _, _, one in seen], seen, {**MINUTES, **minutes})
+        seen = _seen(
+            profile, [(place, kind) for kind in BALLS if kind in instruments for place in places], own, gauging
+        )
+        candidates = _candidates([observation for _, _, observation in seen], seen, {**MINUTES, **minutes})
         edges.append(
             Edge(
                 profile=profile,
@@ -369,8 +375,11 @@ def next_of_part(
                 candidates=candidates,
             )
         )
-        touches |= {one.name: _on_part(one, frame) for one in places}
-        sizes |= {one.name: one for one in characteristics_in(frame.back, tuple(own.values()))}
+        touches |= {place.name: _on_part(place, frame) for place in places}
+        sizes |= {
+            characteristic.name: characteristic
+            for characteristic in characteristics_in(frame.back, tuple(own.values()))
+        }
     program = made[0].record.program
     plan, inch = next_measurements(edges, count), program is not None and program.unit == "inch"
     return NextOf(
@@ -381,8 +390,12 @@ def next_of_part(
 def _correction_of(store: Store, part: Part) -> Correction | None:
     """Returns the last correction that was made from measurements of a part."""
     found = find(store, StoredCorrection, part_type=part.part_type.name, serial=part.serial, product=REMEMBERED)
-    made = [one.value.payload for one in found if isinstance(one.value.payload, Correction)]
-    of_part = (one for one in made if any(of.part.identity == part.identity for of in one.record.inspections))
+    made = [stored.value.payload for stored in found if isinstance(stored.value.payload, Correction)]
+    of_part = (
+        correction
+        for correction in made
+        if any(of.part.identity == part.identity for of in correction.record.inspections)
+    )
     return next(iter(reversed([*of_part])), None)
 
 
@@ -422,4 +435,8 @@ def _sizes(
     profile: Profile, characteristics: Sequence[Characteristic], instruments: Sequence[Instrument]
 ) -> dict[str, Characteristic]:
     planned = gauge_plan(profile, characteristics) if "micrometer" in instruments else ()
-    return {one.name: one for one in planned if one.quantity in (Quantity.DIAMETER, Quantity.LENGTH)}
+    return {
+        characteristic.name: characteristic
+        for characteristic in planned
+        if characteristic.quantity in (Quantity.DIAMETER, Quantity.LENGTH)
+    }

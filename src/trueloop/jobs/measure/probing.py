@@ -86,7 +86,7 @@ class ProbedPart:
         """Returns touches as the part's frame has them, in order along it."""
         if not self.frame.name:
             return tuple(touches)
-        return tuple(in_order(self.whole, [touch_in(self.frame.back, one) for one in touches]))
+        return tuple(in_order(self.whole, [touch_in(self.frame.back, touch) for touch in touches]))
 
 
 def probed_part(path: Path, setup: str | None = None) -> ProbedPart:
@@ -95,7 +95,7 @@ def probed_part(path: Path, setup: str | None = None) -> ProbedPart:
     Raises JOB, GEO, NC and SET errors, JOB-SETUPS where the job has set-ups and none of them is named, or another.
     """
     job = read_turned_job(path)
-    names = [one.name for one in job.setups]
+    names = [table.name for table in job.setups]
     if not names and setup is None:
         return _whole(job, read_part(path))
     if setup not in names:
@@ -151,7 +151,7 @@ def _whole(job: Job, part: ReadPart) -> ProbedPart:
 
 def _allowance_mm(job: Job) -> float:
     """Returns what the semi-finish cut leaves on, the most of all set-ups."""
-    return max(one.semifinish_allowance_mm or 0.0 for one in job.every_programs)
+    return max(program.semifinish_allowance_mm or 0.0 for program in job.every_programs)
 
 
 @dataclass(frozen=True)
@@ -224,7 +224,7 @@ def reached(path: Path, touches: Sequence[CmmTouch], setup: str | None = None) -
             return False
         return True
 
-    return tuple(one for one in touches if reach(one))
+    return tuple(cmm_touch for cmm_touch in touches if reach(cmm_touch))
 
 
 def read_listed(path: Path, points: Path, setup: str | None = None) -> ProbingJob:
@@ -238,11 +238,11 @@ def by_setup(path: Path, touches: Sequence[CmmTouch]) -> dict[str, list[CmmTouch
     """Returns places of a job's part by the set-up that cuts them, "" of a job without set-ups. Raises JOB, GEO, NC and
     SET errors.
     """
-    names = [one.name for one in read_turned_job(path).setups]
+    names = [setup.name for setup in read_turned_job(path).setups]
     if not names:
         return {"": list(touches)}
     own = {name: probed_part(path, name).features for name in names}
-    found = {name: [one for one in touches if one.feature in own[name]] for name in names}
+    found = {name: [touch for touch in touches if touch.feature in own[name]] for name in names}
     return {name: of_it for name, of_it in found.items() if of_it}
 
 
@@ -315,22 +315,23 @@ def points_at(part: ProbedPart, touches: Sequence[CmmTouch]) -> JobPoints:
     """Returns places on features of a part as points to probe, those that are on its contour. Raises TCH-PLAN for a
     feature that the part does not have, and where none is on the contour.
     """
-    for one in touches:
-        if one.feature not in part.whole.names:
+    for touch in touches:
+        if touch.feature not in part.whole.names:
             raise Code.TCH_PLAN.refusal(
-                f"point {one.name!r} is on {one.feature!r}, which is not one of the {len(part.whole.names)} features",
+                f"point {touch.name!r} is on {touch.feature!r}, which is not one of the {len(part.whole.names)} "
+                "features",
                 hint=f"the part's features are: {', '.join(part.whole.names)}",
             )
     profile, frame = part.profile, part.frame
-    own = [one for one in touches if one.feature in part.features]
+    own = [touch for touch in touches if touch.feature in part.features]
     if not own:
         raise Code.TCH_PLAN.refusal(
             f"0 of {len(touches)} points are on what set-up {frame.name!r} cuts",
             hint=f"it cuts: {', '.join(part.features)}",
         )
-    index = np.array([profile.names.index(one.feature) for one in own], dtype=np.intp)
-    places = frame.points([one.place_mm for one in own])
-    normals = frame.directions([one.normal for one in own])
+    index = np.array([profile.names.index(cmm_touch.feature) for cmm_touch in own], dtype=np.intp)
+    places = frame.points([cmm_touch.place_mm for cmm_touch in own])
+    normals = frame.directions([cmm_touch.normal for cmm_touch in own])
     along = [float(profile.features[i].locate(place)[0]) for i, place in zip(index.tolist(), places, strict=True)]
     order = np.lexsort((np.array(along), index)) if frame.backwards else np.arange(len(own))
     points = GaugingPoints(index[order], np.array(along)[order], places[order], normals[order])
@@ -387,7 +388,7 @@ def read_measuring(path: Path, angles_deg: Sequence[float] = (0.0,), *, diameter
         given = points_of_job(path, job, _whole(job, part), margin_mm)
         touches = cmm_plan(part.profile, given.points, given.names, angles_deg, diameters=diameters)
     tables = job.every_programs
-    named = [name for one in tables for name in (one.finish, one.semifinish) if name is not None]
+    named = [name for table in tables for name in (table.finish, table.semifinish) if name is not None]
     programs = [path.parent / name for name in named]
     probe_files = [] if probe_file is None else [probe_file]
     return MeasuringJob(
@@ -409,12 +410,16 @@ def program_of(measuring: MeasuringJob, approach: CmmApproach, source: str) -> s
     obstacle = whole_obstacle(profile, approach.allowance_mm)
     angles = list(dict.fromkeys(touch.angle_deg for touch in measuring.touches))
     touches = sorted(measuring.touches, key=lambda touch: angles.index(touch.angle_deg))
-    asked = [(one, _around(one, profile, measuring.angles_deg[0])) for one in measuring.characteristics]
-    circles = [(one, around) for one, around in asked if around]
+    asked = [
+        (characteristic, _around(characteristic, profile, measuring.angles_deg[0]))
+        for characteristic in measuring.characteristics
+    ]
+    circles = [(characteristic, around) for characteristic, around in asked if around]
     moves = cmm_moves([*touches, *(touch for _, around in circles for touch in around)], obstacle, approach)
     points, rest = moves[: len(touches)], iter(moves[len(touches) :])
     measured = [
-        MeasuredCircle(one, around[0].place_mm[1], tuple(next(rest) for _ in around)) for one, around in circles
+        MeasuredCircle(characteristic, around[0].place_mm[1], tuple(next(rest) for _ in around))
+        for characteristic, around in circles
     ]
     return dmis_program(measuring.part.name, points, measured, approach, source)
 

@@ -40,8 +40,10 @@ def certificate_of(
     whole = _part(store, serial, part_type)
     shares = [_share(store, part) for part in whole.shares]
     u = None if stated_u_um is None else stated_u_um / UM_PER_MM
-    asked = {one.name: one for share in shares for one in share.asked}
-    values = certified(whole.part, tuple(asked.values()), [one for share in shares for one in share.seen], u)
+    asked = {size.name: size for share in shares for size in share.asked}
+    values = certified(
+        whole.part, tuple(asked.values()), [inspection for share in shares for inspection in share.seen], u
+    )
     in_force = {(one.what, one.identity): one for share in shares for one in share.in_force}
     missing = dict.fromkeys(words for share in shares for words in share.missing)
     done = Certificate(whole.part, values, tuple(in_force.values()), tuple(missing), _cut_at(shares))
@@ -60,20 +62,22 @@ class _Share:
 
 
 def _share(store: Store, part: Part) -> _Share:
-    cuts = [one.value for one in find(store, Cut, part_type=part.part_type.name, serial=part.serial)]
+    cuts = [stored.value for stored in find(store, Cut, part_type=part.part_type.name, serial=part.serial)]
     cut = next(
         (one for one in reversed(cuts) if one.stage is Stage.FINISH and one.part.identity == part.identity), None
     )
-    of_type = [one.value for one in find(store, Inspection, part_type=part.part_type.name)]
-    of_type = [one for one in of_type if one.part.part_type.identity == part.part_type.identity]
-    seen = tuple(_seen(store, [one for one in of_type if one.part.identity == part.identity], cuts, cut))
-    in_force, missing = _in_force(store, part, cut, [one.inspection for one in seen])
+    of_type = [stored.value for stored in find(store, Inspection, part_type=part.part_type.name)]
+    of_type = [inspection for inspection in of_type if inspection.part.part_type.identity == part.part_type.identity]
+    seen = tuple(
+        _seen(store, [inspection for inspection in of_type if inspection.part.identity == part.identity], cuts, cut)
+    )
+    in_force, missing = _in_force(store, part, cut, [inspection.inspection for inspection in seen])
     drawing = drawing_of(store, part)
     if drawing is None:
         return _Share(cut, asked_of(of_type), seen, in_force, missing)
-    in_its_names = [drawing.in_its_names(one) for one in of_type]
-    asked = {one.name: one for one in (*asked_of(in_its_names), *drawing.required(in_its_names))}
-    seen = tuple(replace(one, inspection=drawing.in_its_names(one.inspection)) for one in seen)
+    in_its_names = [drawing.in_its_names(inspection) for inspection in of_type]
+    asked = {size.name: size for size in (*asked_of(in_its_names), *drawing.required(in_its_names))}
+    seen = tuple(replace(inspection, inspection=drawing.in_its_names(inspection.inspection)) for inspection in seen)
     return _Share(cut, tuple(asked.values()), seen, in_force, missing)
 
 
@@ -85,13 +89,13 @@ def _cut_at(shares: Sequence[_Share]) -> datetime | None:
 
 
 def _part(store: Store, serial: str, part_type: str | None) -> WholePart:
-    found = {one.value.identity: one.value for one in find(store, Part, serial=serial)}
+    found = {stored.value.identity: stored.value for stored in find(store, Part, serial=serial)}
     every = joined_shares(found.values())
-    parts = [one for one in every if part_type in (None, one.part.part_type.name)]
-    parts = parts or [WholePart(one, (one,)) for one in found.values() if one.part_type.name == part_type]
+    parts = [whole_part for whole_part in every if part_type in (None, whole_part.part.part_type.name)]
+    parts = parts or [WholePart(part, (part,)) for part in found.values() if part.part_type.name == part_type]
     if len(parts) == 1:
         return parts[0]
-    types = ", ".join(repr(one.part.part_type.name) for one in parts) or "none"
+    types = ", ".join(repr(part.part.part_type.name) for part in parts) or "none"
     raise Code.MON_NONE.refusal(
         f"the store holds {len(parts)} parts with the serial number {serial!r}, of part types: {types}",
         hint="say which: `--type NAME`; `trueloop db find part` lists all",
@@ -103,12 +107,12 @@ def _seen(
     store: Store, inspections: Sequence[Inspection], cuts: Sequence[Cut], last: Cut | None
 ) -> Iterator[PartInspection]:
     """Inspections of the part, without those after a cut before the `last` finish cut."""
-    links = {one.value.inspection: one.value for one in find(store, InspectionLink)}
-    early = {one.identity for one in cuts if last is None or one.identity != last.identity}
-    for one in inspections:
-        link = links.get(one.identity)
+    links = {stored.value.inspection: stored.value for stored in find(store, InspectionLink)}
+    early = {cut.identity for cut in cuts if last is None or cut.identity != last.identity}
+    for inspection in inspections:
+        link = links.get(inspection.identity)
         if link is None or link.cut not in early:
-            yield PartInspection(one, None if link is None else link.released)
+            yield PartInspection(inspection, None if link is None else link.released)
 
 
 def _in_force(
@@ -128,13 +132,13 @@ def _in_force(
             missing.append(wording("when the tool was set is not known"))
         if cut.correction and not _corrections(store, cut):
             missing.append(wording("correction {id} is not in the store", id=cut.correction))
-    both = [one.value for one in find(store, BothInspections, part_type=part.part_type.name, serial=part.serial)]
-    for model in dict.fromkeys(one.model_sha256 for one in both if one.compensated):
+    both = [stored.value for stored in find(store, BothInspections, part_type=part.part_type.name, serial=part.serial)]
+    for model in dict.fromkeys(pair.model_sha256 for pair in both if pair.compensated):
         found.append(_model(store, model))
-    if not any(one.what == "model" for one in found):
+    if not any(in_force.what == "model" for in_force in found):
         missing.append(wording("no machine model is known to have been in force"))
     found += _proposals(store, inspections)
-    return tuple({(one.what, one.identity): one for one in found}.values()), tuple(missing)
+    return tuple({(in_force.what, in_force.identity): in_force for in_force in found}.values()), tuple(missing)
 
 
 def _of_cut(store: Store, cut: Cut) -> Iterator[InForce]:
@@ -153,23 +157,23 @@ def _of_cut(store: Store, cut: Cut) -> Iterator[InForce]:
         yield InForce(wording("edge"), " ".join(filter(None, cut.setting.edge.identity)), at)
     if not cut.correction and cut.program_sha256:
         yield InForce(wording("correction"), "", wording("none: cut as programmed"))
-    for one in _corrections(store, cut):
-        said = wording("made {at} by {who}", at=one.record.made_at, who=one.record.made_by or "?")
-        yield InForce(wording("correction"), one.record.id, said)
-        machine = one.record.options.get("machine")
+    for correction in _corrections(store, cut):
+        said = wording("made {at} by {who}", at=correction.record.made_at, who=correction.record.made_by or "?")
+        yield InForce(wording("correction"), correction.record.id, said)
+        machine = correction.record.options.get("machine")
         model = machine.get("model") if isinstance(machine, Mapping) else None
-        for name, sha256 in one.record.inputs_sha256.items():
+        for name, sha256 in correction.record.inputs_sha256.items():
             if name == "model" or sha256 == model:
                 yield _model(store, sha256)
             else:
                 yield InForce(wording("input of the correction"), sha256, name)
-        yield from _offset_in_force(one, cut)
+        yield from _offset_in_force(correction, cut)
 
 
 def _corrections(store: Store, cut: Cut) -> list[Correction[Any]]:
     if not cut.correction:
         return []
-    return [one.value for one in find(store, Correction, identity=cut.correction)]
+    return [stored.value for stored in find(store, Correction, identity=cut.correction)]
 
 
 def _offset_in_force(correction: Correction[Any], cut: Cut) -> Iterator[InForce]:
@@ -194,7 +198,7 @@ def _offset_in_force(correction: Correction[Any], cut: Cut) -> Iterator[InForce]
 
 def _model(store: Store, sha256: str) -> InForce:
     """A machine's model by its hash, and who accepted it, where that was kept."""
-    decided = [one.value for one in find(store, ModelDecision) if one.value.model == sha256]
+    decided = [stored.value for stored in find(store, ModelDecision) if stored.value.model == sha256]
     words = "" if not decided else wording(
         "{verdict} by {who} at {at}", verdict=decided[-1].verdict, who=decided[-1].who, at=_time(decided[-1].at)
     )  # fmt: skip
@@ -203,14 +207,16 @@ def _model(store: Store, sha256: str) -> InForce:
 
 def _proposals(store: Store, inspections: Sequence[Inspection]) -> Iterator[InForce]:
     """Offsets of accepted proposals, as they were stated when the inspection was added."""
-    own = {one.identity for one in inspections}
-    stated = [one.value for one in find(store, PartCutWith) if one.value.inspection in own]
+    own = {inspection.identity for inspection in inspections}
+    stated = [stored.value for stored in find(store, PartCutWith) if stored.value.inspection in own]
     wanted = dict.fromkeys(name for one in stated for name in one.proposals)
-    known = {one.value.id: one.value for one in find(store, Proposal)} if wanted else {}
-    decided = {one.value.proposal: one.value for one in find(store, ProposalDecision)} if wanted else {}
+    known = {stored.value.id: stored.value for stored in find(store, Proposal)} if wanted else {}
+    decided = {stored.value.proposal: stored.value for stored in find(store, ProposalDecision)} if wanted else {}
     for name in wanted:
         if name in known and name in decided:
-            changes = ", ".join(f"{one.characteristic} {Um(one.size_change_mm, '+.1f')}" for one in known[name].effects)
+            changes = ", ".join(
+                f"{effect.characteristic} {Um(effect.size_change_mm, '+.1f')}" for effect in known[name].effects
+            )
             yield InForce(
                 wording("proposal"), name,
                 wording("{changes}; accepted by {who} at {at}", changes=changes, who=decided[name].who,

@@ -48,7 +48,7 @@ class StoredFacts:
         # The earlier cuts of each cut's edge, as far back as all of them state their time
         age: dict[tuple[str, ...], float | None] = {}
         minutes: list[float | None] = []
-        for cut in [self.cuts.get(one.serial) for one in made]:
+        for cut in [self.cuts.get(made_part.serial) for made_part in made]:
             edge = None if cut is None or cut.setting is None else cut.setting.edge.identity
             if cut is None or edge is None:
                 minutes.append(None)
@@ -90,7 +90,7 @@ class StoredFacts:
         )
 
     def _inspection(self, made: MadePart) -> Inspection:
-        return next(one.inspection for one in self.book.parts if one.inspection.identity == made.inspection)
+        return next(part.inspection for part in self.book.parts if part.inspection.identity == made.inspection)
 
     def _at(self, made: MadePart) -> datetime | None:
         cut = self.cuts.get(made.serial)
@@ -101,16 +101,20 @@ class StoredFacts:
         if before is None or cut is None or cut.setting is None or before.at is None or cut.at is None:
             return
         tool = cut.setting.edge.tool.identity
-        for one in self.events:
-            if one.edge.tool.identity == tool and one.kind in ANEW and _utc(before.at) < _utc(one.at) <= _utc(cut.at):
-                yield one
+        for event in self.events:
+            if (
+                event.edge.tool.identity == tool
+                and event.kind in ANEW
+                and _utc(before.at) < _utc(event.at) <= _utc(cut.at)
+            ):
+                yield event
 
     def _accepted(self, earlier: datetime | None, at: datetime | None) -> Iterator[str]:
-        for one in self.book.decisions:
-            late = at is not None and _utc(one.at) > _utc(at)
-            early = earlier is not None and _utc(one.at) <= _utc(earlier)
-            if one.verdict == "accepted" and not late and not early:
-                yield one.proposal
+        for decision in self.book.decisions:
+            late = at is not None and _utc(decision.at) > _utc(at)
+            early = earlier is not None and _utc(decision.at) <= _utc(earlier)
+            if decision.verdict == "accepted" and not late and not early:
+                yield decision.proposal
 
     def _failed(self, inspection: Inspection) -> str:
         """Returns the words on the device's last failed check before the inspection; "" without one."""
@@ -125,21 +129,25 @@ def stored_facts(
     store: Store, book: Book, failed: Mapping[str, tuple[tuple[datetime, str], ...]] | None = None
 ) -> StoredFacts:
     """Collects what the store holds of a book's parts; `failed`: what checks of devices reported, "" where passed."""
-    cuts = [one.value for one in find(store, Cut, part_type=book.part_type, stage=Stage.FINISH)]
-    both = [one.value for one in find(store, BothInspections, part_type=book.part_type)]
-    made = [one.value for one in find(store, Correction, part_type=book.part_type)] if cuts else []
+    cuts = [stored.value for stored in find(store, Cut, part_type=book.part_type, stage=Stage.FINISH)]
+    both = [stored.value for stored in find(store, BothInspections, part_type=book.part_type)]
+    made = [stored.value for stored in find(store, Correction, part_type=book.part_type)] if cuts else []
     return StoredFacts(
         book,
-        {one.part.serial: one for one in cuts},
-        tuple(one.value for one in find(store, EdgeEvent)) if cuts else (),
-        {one.part.serial: {f"{name} while cut": v for name, v in one.cutting.signals.items()} for one in both},
+        {cut.part.serial: cut for cut in cuts},
+        tuple(stored.value for stored in find(store, EdgeEvent)) if cuts else (),
+        {pair.part.serial: {f"{name} while cut": v for name, v in pair.cutting.signals.items()} for pair in both},
         failed or {},
-        {one.record.id: one.payload for one in made if isinstance(one.payload, turned.Correction)},
+        {
+            correction.record.id: correction.payload
+            for correction in made
+            if isinstance(correction.payload, turned.Correction)
+        },
     )
 
 
 def _temperatures(inspection: Inspection) -> dict[str, float]:
-    read = [one.temperature_c for one in inspection.readings if one.temperature_c is not None]
+    read = [reading.temperature_c for reading in inspection.readings if reading.temperature_c is not None]
     of_readings = {"part while measured": fmean(read)} if read else {}
     return {f"{name} while measured": value for name, value in inspection.temperatures.items()} | of_readings
 
@@ -155,7 +163,7 @@ def charts_of(store: Store, part_type: str | None, names: Sequence[str], options
     none of them has enough.
     """
     book = read_book(store, part_type or only_type(store), SeriesOptions())
-    known = sorted({one.series.name for one in book.tracked})
+    known = sorted({series.series.name for series in book.tracked})
     for name in names:
         if name not in known:
             raise Code.MON_NONE.refusal(
@@ -168,18 +176,18 @@ def charts_of(store: Store, part_type: str | None, names: Sequence[str], options
         list[MonitoredSeries](),
         list[TrueloopError](),
     )
-    for one in book.tracked:
-        if one.series.latest and (not names or one.series.name in names):
+    for series in book.tracked:
+        if series.series.latest and (not names or series.series.name in names):
             try:
-                charted.append(chart_of(one, facts.of(one.series), options))
+                charted.append(chart_of(series, facts.of(series.series), options))
             except TrueloopError as refused:
                 if refused.code is not Code.MON_FEW:
                     raise
-                refused.message = f"{one.series.name!r}: {refused.message}"
+                refused.message = f"{series.series.name!r}: {refused.message}"
                 few.append(refused)
     if not charted:
         raise few[0]
-    findings = (*book.findings, *(_as_note(one) for one in few))
+    findings = (*book.findings, *(_as_note(error) for error in few))
     return charts_shape(book.part_type, charted, options, findings)
 
 
@@ -204,9 +212,9 @@ def gauges_of(store: Store, device: str | None) -> GaugesShape:
 
 
 def _checked(store: Store, device: str | None) -> tuple[GaugeSeries, ...]:
-    standards = [one.value for one in find(store, StandardPart)]
-    types = dict.fromkeys(one.part.part_type.name for one in standards)
-    inspections = [one.value for name in types for one in find(store, Inspection, part_type=name)]
+    standards = [stored.value for stored in find(store, StandardPart)]
+    types = dict.fromkeys(standard.part.part_type.name for standard in standards)
+    inspections = [stored.value for name in types for stored in find(store, Inspection, part_type=name)]
     return gauges(standards, inspections, device)
 
 
@@ -219,11 +227,11 @@ def failed_checks(store: Store) -> Mapping[str, tuple[tuple[datetime, str], ...]
             raise
         return {}
     said: dict[str, dict[datetime, str]] = {}
-    for one in checked:
-        for k, check in enumerate(one.checks):
+    for series in checked:
+        for k, check in enumerate(series.checks):
             if check.at is not None:
-                own = said.setdefault(one.device, {})
-                own[check.at] = own.get(check.at) or one.failing(k)
+                own = said.setdefault(series.device, {})
+                own[check.at] = own.get(check.at) or series.failing(k)
     return {device: tuple(sorted(own.items())) for device, own in said.items()}
 
 

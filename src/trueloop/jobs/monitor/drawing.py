@@ -28,12 +28,20 @@ class DrawingSizes:
 
     def required(self, inspections: Iterable[Inspection]) -> tuple[RequiredSize, ...]:
         """Returns the characteristics; by general tolerances only those that `inspections`, in their names, have."""
-        read = {reading.characteristic for one in inspections for reading in one.readings}
+        read = {reading.characteristic for inspection in inspections for reading in inspection.readings}
         general = {one.name for feature in self.profile.features if (one := usual(feature)) is not None}
         return tuple(
-            RequiredSize(one.name, one.quantity, one.nominal, one.lower_limit, one.upper_limit)
-            for one in self.characteristics
-            if one.name in read or one.name not in general or not one.tolerance.startswith("ISO 2768")
+            RequiredSize(
+                characteristic.name,
+                characteristic.quantity,
+                characteristic.nominal,
+                characteristic.lower_limit,
+                characteristic.upper_limit,
+            )
+            for characteristic in self.characteristics
+            if characteristic.name in read
+            or characteristic.name not in general
+            or not characteristic.tolerance.startswith("ISO 2768")
         )
 
     def in_its_names(self, inspection: Inspection) -> Inspection:
@@ -43,20 +51,20 @@ class DrawingSizes:
         readings, named = list[Reading](), dict[str, set[str]]()
         for reading in inspection.readings:
             of = self._of(inspection, reading)
-            readings += [of_characteristic(reading, one) for one in of] or [reading]
-            for one in of:
-                named.setdefault(one.name, set()).add(inspection.device_of(reading.characteristic))
+            readings += [of_characteristic(reading, characteristic) for characteristic in of] or [reading]
+            for characteristic in of:
+                named.setdefault(characteristic.name, set()).add(inspection.device_of(reading.characteristic))
         known = {name: "" if "" in devices else ", ".join(sorted(devices)) for name, devices in named.items()}
         values: Values = (*readings, *inspection.touches, *inspection.points)
         return replace(inspection, values=values, devices={**inspection.devices, **known})
 
     def _of(self, inspection: Inspection, reading: Reading) -> list[Characteristic]:
         """Returns the characteristics that a reading is of: by its name, else by feature and place."""
-        own = [one for one in self.characteristics if one.quantity is reading.quantity]
-        if by_name := [one for one in own if one.name == reading.characteristic]:
+        own = [characteristic for characteristic in self.characteristics if characteristic.quantity is reading.quantity]
+        if by_name := [characteristic for characteristic in own if characteristic.name == reading.characteristic]:
             return by_name
         matched = match_inspection(self.profile, replace(inspection, values=(reading,))).readings
-        return [one for found in matched for one in own if self._is_of(found, one)]
+        return [characteristic for found in matched for characteristic in own if self._is_of(found, characteristic)]
 
     def _is_of(self, reading: MatchedReading, characteristic: Characteristic) -> bool:
         other = "" if reading.other_index is None else self.profile.names[reading.other_index]
@@ -79,10 +87,14 @@ def drawing_of(store: Store, part: Part) -> DrawingSizes | None:
             continue
         of_file = {
             (reading.characteristic, reading.lower_limit, reading.upper_limit)
-            for one in record.inspections
-            for reading in one.readings
+            for inspection in record.inspections
+            for reading in inspection.readings
         }
-        drawn = [*(one.characteristic for one in record.characteristics), *record.between]
-        own = tuple(one for one in drawn if (one.name, one.lower_limit, one.upper_limit) not in of_file)
+        drawn = [*(characteristic.characteristic for characteristic in record.characteristics), *record.between]
+        own = tuple(
+            characteristic
+            for characteristic in drawn
+            if (characteristic.name, characteristic.lower_limit, characteristic.upper_limit) not in of_file
+        )
         return DrawingSizes(correction.profile, characteristics_in(frame_of(correction), own))
     return None

@@ -281,7 +281,7 @@ def watch(order: Order, stopped: Callable[[], bool], tell: Callable[[str], None]
     image = read_image(order.image) if order.image else None
     signals = image.bank.signals if image and image.bank else ()
     began = datetime.now().astimezone()
-    with attached([(one.name, one.unit) for one in signals] if image else None) as watched:
+    with attached([(signal.name, signal.unit) for signal in signals] if image else None) as watched:
         layout = watched.layout
         title = image.identity.machine or "LinuxCNC" if image else "LinuxCNC"
         page = live_page(title, layout.axes, layout.signals)

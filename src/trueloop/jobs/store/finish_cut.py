@@ -37,17 +37,21 @@ def correction_of(store: Store, part: Part, statement: CutStatement) -> Correcti
     Raises STO-LINK where there is none, or where the one named was made for another part.
     """
     if statement.record is not None:
-        named = [one.value for one in find(store, Correction, identity=joined((statement.record,)))]
+        named = [stored.value for stored in find(store, Correction, identity=joined((statement.record,)))]
         return _whole(store, part, named, f"with the id {statement.record!r}")
     found = find(store, Correction, part_type=part.part_type.name, serial=part.serial)
-    of_part = [one.value for one in found if _is_about(one, part)]
+    of_part = [stored.value for stored in found if _is_about(stored, part)]
     if statement.program is not None:
-        marked = [one.value for one in find(store, Correction) if _is_of(one.value, statement.program)]
-        own = [one for one in marked if any(i.part.identity == part.identity for i in one.record.inspections)]
+        marked = [stored.value for stored in find(store, Correction) if _is_of(stored.value, statement.program)]
+        own = [
+            correction
+            for correction in marked
+            if any(i.part.identity == part.identity for i in correction.record.inspections)
+        ]
         return _whole(store, part, own or marked, "whose program this is")
     cut = next(iter(reversed(cuts_of(store, part, Stage.FINISH))), None)
     if statement.ran is None and cut is not None and cut.correction:
-        named = [one.value for one in find(store, Correction, identity=joined((cut.correction,)))]
+        named = [stored.value for stored in find(store, Correction, identity=joined((cut.correction,)))]
         return _whole(store, part, named or of_part, f"with the id {cut.correction!r}")
     return _whole(store, part, of_part, "of its own")
 
@@ -65,9 +69,9 @@ def said_of_each(store: Store, part_types: Sequence[str], statement: CutStatemen
 def _knows(store: Store, part_type: str, statement: CutStatement) -> bool:
     kept: list[Kept[Correction[Any]]] = find(store, Correction, part_type=part_type)
     return any(
-        (statement.record is None or one.value.record.id == statement.record)
-        and (statement.program is None or _is_of(one.value, statement.program))
-        for one in kept
+        (statement.record is None or stored.value.record.id == statement.record)
+        and (statement.program is None or _is_of(stored.value, statement.program))
+        for stored in kept
     )
 
 
@@ -114,22 +118,26 @@ def finish_cut(store: Store, part: Part, correction: Correction[turned.Correctio
 
 def _shown_by(store: Store, cut: Cut, record: Record) -> bool:
     """Returns whether an inspection that a record is from shows this cut."""
-    links = [link for one in record.inspections for link in find(store, InspectionLink, identity=joined(one.identity))]
+    links = [
+        link
+        for inspection in record.inspections
+        for link in find(store, InspectionLink, identity=joined(inspection.identity))
+    ]
     return any(joined(link.value.cut) == joined(cut.identity) for link in links)
 
 
 def made_for_other(store: Store, correction: Correction[Any], part: Part) -> str | None:
     """Returns the serial number of another part whose semi-finished surface gave a correction; None: of none."""
     inspections = correction.record.inspections
-    if not inspections or any(one.part.identity == part.identity for one in inspections):
+    if not inspections or any(inspection.part.identity == part.identity for inspection in inspections):
         return None
     semifinish = {joined(cut.identity) for cut in cuts_of(store, inspections[0].part, Stage.SEMIFINISH)}
     links = find(store, InspectionLink, identity=joined(inspections[0].identity))
-    return inspections[0].part.serial if any(joined(one.value.cut) in semifinish for one in links) else None
+    return inspections[0].part.serial if any(joined(link.value.cut) in semifinish for link in links) else None
 
 
 def _is_about(kept: Kept[Correction[Any]], part: Part) -> bool:
-    return any(one.part.identity == part.identity for one in kept.value.record.inspections)
+    return any(inspection.part.identity == part.identity for inspection in kept.value.record.inspections)
 
 
 def _is_of(correction: Correction[Any], program: bytes) -> bool:
@@ -143,7 +151,7 @@ def _whole(
     store: Store, part: Part, corrections: Iterable[Correction[Any]], which: str
 ) -> Correction[turned.Correction]:
     """The last one of them that has what the loop gave, and is for this part."""
-    whole = [one for one in corrections if isinstance(one.payload, turned.Correction)]
+    whole = [correction for correction in corrections if isinstance(correction.payload, turned.Correction)]
     if not whole:
         raise Code.STO_LINK.refusal(
             f"{store.where!r} has no correction {which} for part {part.serial!r}",

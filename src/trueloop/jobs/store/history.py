@@ -58,10 +58,10 @@ def cutting_order(cuts: Sequence[Dated]) -> Ordered:
     order and no time of the cut is stated, the serial numbers agree: a part was inspected before one that is stated
     to have been cut earlier.
     """
-    stated = [None if one.cut.order is None else float(one.cut.order) for one in cuts]
-    made, inspected = _times([one.cut.at for one in cuts]), _times([one.inspected_at for one in cuts])
-    touched = _times([one.touched_at for one in cuts])
-    kept: list[float | None] = [float(one.kept) for one in cuts]
+    stated = [None if cut.cut.order is None else float(cut.cut.order) for cut in cuts]
+    made, inspected = _times([cut.cut.at for cut in cuts]), _times([cut.inspected_at for cut in cuts])
+    touched = _times([cut.touched_at for cut in cuts])
+    kept: list[float | None] = [float(cut.kept) for cut in cuts]
     base = next(known for known in (stated, made, inspected, touched, kept) if None not in known)
     places = sorted(range(len(cuts)), key=lambda k: (base[k] or 0.0, cuts[k].kept))
     facts = [stated, made, inspected, touched, *([] if base is stated or base is made else [_by_number(cuts)])]
@@ -76,9 +76,9 @@ def _times(of: Sequence[datetime | None]) -> list[float | None]:
 
 def _by_number(cuts: Sequence[Dated]) -> list[float | None]:
     """Serial numbers within a part type rise as parts are made; of several part types they say nothing."""
-    kinds = {one.cut.part.part_type.identity for one in cuts}
-    found = [NUMBER.match(one.cut.part.serial) for one in cuts]
-    return [None if one is None or len(kinds) > 1 else float(one[0]) for one in found]
+    kinds = {cut.cut.part.part_type.identity for cut in cuts}
+    found = [NUMBER.match(cut.cut.part.serial) for cut in cuts]
+    return [None if match is None or len(kinds) > 1 else float(match[0]) for match in found]
 
 
 def _against(places: Sequence[int], by: Sequence[float | None]) -> set[int]:
@@ -128,9 +128,11 @@ def order_in_doubt(store: Store, cut: Cut, inspected_at: datetime | None) -> Ite
     if cut.setting is None:
         return
     edge = joined(cut.setting.edge.identity)
-    others = [one for one in find(store, Cut, edge=edge, stage=Stage.FINISH) if one.value.identity != cut.identity]
-    dated = [Dated(one.value, _inspected_at(store, one.value), one.row) for one in others]
-    dated.append(Dated(cut, inspected_at, max((one.row for one in others), default=0) + 1))
+    others = [
+        stored for stored in find(store, Cut, edge=edge, stage=Stage.FINISH) if stored.value.identity != cut.identity
+    ]
+    dated = [Dated(stored.value, _inspected_at(store, stored.value), stored.row) for stored in others]
+    dated.append(Dated(cut, inspected_at, max((stored.row for stored in others), default=0) + 1))
     found = cutting_order(dated)
     doubted = [dated[k].cut.part.serial for k, doubt in zip(found.places, found.in_doubt, strict=True) if doubt]
     if doubted:
@@ -178,7 +180,7 @@ class LivedPart:
         """Returns whether the finish inspection is by the instrument that touched the part before: on the machine it
         does not see what the machine repeats [6876 §3.5].
         """
-        before = {one.device for one in self.correction.record.inspections if one.device}
+        before = {inspection.device for inspection in self.correction.record.inspections if inspection.device}
         return self.finish is not None and self.finish.device in before
 
 
@@ -191,7 +193,9 @@ def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
     Raises STO errors, and what the finish inspections refuse.
     """
     life = life_of(store, edge)
-    return history_from(store, edge, [one for one in life if one.of_machine == life[-1].of_machine])
+    return history_from(
+        store, edge, [lived_part for lived_part in life if lived_part.of_machine == life[-1].of_machine]
+    )
 
 
 def history_from(
@@ -202,7 +206,7 @@ def history_from(
     """
     # Minutes in cut of an edge before each of its cuts, as far back as every one of them states its own
     kept = since_mounting(store, edge, _with(find(store, Cut, edge=joined(edge.identity)), also))
-    cuts = [one.value for one in kept]
+    cuts = [stored.value for stored in kept]
     order = cutting_order([Dated(cut, None, row) for row, cut in enumerate(cuts)])
     ages, age = dict[Identity, float](), 0.0
     for cut in (cuts[place] for place in order.places):
@@ -258,8 +262,8 @@ def life_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[L
 
 def touched_at(correction: Correction[Any]) -> datetime | None:
     """Returns when the last of what a correction was made from was measured; None: not known of all."""
-    times = [one.measured_at for one in correction.record.inspections]
-    return max((one for one in times if one is not None), default=None) if None not in times else None
+    times = [inspection.measured_at for inspection in correction.record.inspections]
+    return max((time for time in times if time is not None), default=None) if None not in times else None
 
 
 def finish_inspection(store: Store, cut: Cut, *, whole: bool = True) -> Inspection | None:
@@ -270,7 +274,7 @@ def finish_inspection(store: Store, cut: Cut, *, whole: bool = True) -> Inspecti
     part = cut.part
     of_part = find(store, Inspection, whole=whole, part_type=part.part_type.name, serial=part.serial) if links else []
     found = [kept.value for kept in of_part if kept.value.identity in links]
-    on_machine = [one for one in found if not links[one.identity].released]
+    on_machine = [inspection for inspection in found if not links[inspection.identity].released]
     return next(iter(reversed(on_machine or found)), None)
 
 
@@ -288,8 +292,12 @@ def made_of(lived: LivedPart, order: int) -> MadePart:
     """
     part = made_part(lived.correction.payload, replace(lived.cut, order=order), _finish_errors(lived))
     identities = [] if lived.finish is None else [lived.finish.identity]
-    own = [one for one in lived.correction.record.inspections if one.part.identity == lived.cut.part.identity]
-    if any(one.identity not in identities for one in own):
+    own = [
+        inspection
+        for inspection in lived.correction.record.inspections
+        if inspection.part.identity == lived.cut.part.identity
+    ]
+    if any(inspection.identity not in identities for inspection in own):
         return part
     return replace(part, semifinish=CutErrors.none())
 
@@ -323,8 +331,8 @@ class _Corrections:
     @classmethod
     def of(cls, corrections: Sequence[Kept[Correction[Any]]]) -> "_Corrections":
         every = [kept.value for kept in corrections]
-        of_parts = {part.part.identity: one for one in every for part in one.record.inspections}
-        return cls({one.record.id: one for one in every}, of_parts)
+        of_parts = {part.part.identity: correction for correction in every for part in correction.record.inspections}
+        return cls({correction.record.id: correction for correction in every}, of_parts)
 
     def of_cut(self, cut: Cut) -> Correction[turned.Correction] | None:
         """That which the cut names; of one as programmed the last that was made for its part, whose touches it has."""
@@ -340,7 +348,7 @@ def _not_quarantined(store: Store, cuts: list[Kept[Cut]]) -> Iterator[Kept[Cut]]
 
 def quarantine_of(store: Store, cut: Cut) -> Quarantine | None:
     """Returns the latest statement of whether a cut may teach anything; None: there is none, so it may."""
-    words = [one.value for one in find(store, Quarantine, cut=joined(cut.identity))]
+    words = [stored.value for stored in find(store, Quarantine, cut=joined(cut.identity))]
     return max(words, key=lambda word: word.at, default=None)
 
 

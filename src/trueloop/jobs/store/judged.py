@@ -60,10 +60,17 @@ def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> Pa
     if lived.cut.setting is None or lived.finish is None:
         return PartChanges()
     edge, part = lived.cut.setting.edge, lived.cut.part
-    others = [one for one in earlier if one.cut.identity != lived.cut.identity]
+    others = [lived_part for lived_part in earlier if lived_part.cut.identity != lived.cut.identity]
     own = (name_of(part.part_type), part.serial)
     history = history_of_tool(store, edge, [*others, lived], lived.of_machine, own)
-    at = next((k for k, one in enumerate(history) if one.order >= 0 and (one.part_type, one.serial) == own), None)
+    at = next(
+        (
+            k
+            for k, made_part in enumerate(history)
+            if made_part.order >= 0 and (made_part.part_type, made_part.serial) == own
+        ),
+        None,
+    )
     return PartChanges() if at is None else notice_part(history[:at], history[at]).get(Stage.FINISH, PartChanges())
 
 

@@ -30,7 +30,9 @@ from trueloop.storage.store import Store, find
 def parts_without_inspection(store: Store, edge: Edge) -> tuple[Part, ...]:
     """Parts with a correction for this edge and no inspection of their finish cut, in the order of corrections."""
     found = find(store, StoredCorrection, edge=joined(edge.identity))
-    parts = {one.part.identity: one.part for kept in found for one in kept.value.record.inspections}
+    parts = {
+        inspection.part.identity: inspection.part for kept in found for inspection in kept.value.record.inspections
+    }
     return tuple(part for part in parts.values() if not _is_inspected(store, part))
 
 
@@ -76,10 +78,12 @@ def keep_corrections(store: Store, made: Sequence[tuple[Inputs, Correction]], ke
         part = part_of(inputs)
         require_serial(part, Path(inputs.file or "the job").name)
         noticed = [*_unknown_edge(inputs, part), *finished_already(store, inputs.inspections, inputs.measured_finished)]
-        for one in inputs.inspections:
-            require_file_of_part(store, one)
+        for inspection in inputs.inspections:
+            require_file_of_part(store, inspection)
             with accepting(keeping.accept, noticed):
-                require_later(("the setting of the edge", inputs.edge_set_at), ("the inspection", one.measured_at))
+                require_later(
+                    ("the setting of the edge", inputs.edge_set_at), ("the inspection", inspection.measured_at)
+                )
         if inputs.edge is not None:
             noticed += without_inspection(store, inputs.edge, part)
         findings += noticed
@@ -106,7 +110,7 @@ def keep_corrections(store: Store, made: Sequence[tuple[Inputs, Correction]], ke
 
 def part_of(inputs: Inputs) -> Part:
     """Returns the part that was measured."""
-    serials = [one.part.serial for one in inputs.inspections if one.part.serial]
+    serials = [inspection.part.serial for inspection in inputs.inspections if inspection.part.serial]
     return Part(inputs.part, serials[0] if serials else "")
 
 
@@ -135,9 +139,9 @@ def _as_known(store: Store, cut: Cut) -> Cut:
 
 
 def _inspected(inspections: tuple[Inspection, ...], cut: Cut) -> Iterator[Inspection | InspectionLink]:
-    for one in inspections:
-        yield one
-        yield InspectionLink(one.identity, cut.identity)
+    for inspection in inspections:
+        yield inspection
+        yield InspectionLink(inspection.identity, cut.identity)
 
 
 def _unknown_edge(inputs: Inputs, part: Part) -> Iterator[Finding]:

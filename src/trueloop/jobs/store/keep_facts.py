@@ -52,12 +52,12 @@ class KeptFacts:
     @property
     def new(self) -> tuple[Kept[Any], ...]:
         """Returns those that were not there before."""
-        return tuple(one for one in self.kept if one.new)
+        return tuple(stored for stored in self.kept if stored.new)
 
     @property
     def words(self) -> str:
         """Returns one line: what is new, or that nothing is."""
-        counts = Counter(_names(one.value) for one in self.new)
+        counts = Counter(_names(stored.value) for stored in self.new)
         said = [f"{counts[names]} {names[counts[names] > 1]}" for names in (*NAMES.values(), LIFTED) if counts[names]]
         if not said:
             return f"{self.where}: all of it is kept already"
@@ -120,7 +120,9 @@ def as_stored(store: Store, value: Any) -> Any:
 
 def texts_of(programs: Iterable[bytes | None]) -> list[ProgramText]:
     """Programs by their hashes, each once."""
-    return [ProgramText(sha, text) for sha, text in {sha256_of(one): one for one in programs if one}.items()]
+    return [
+        ProgramText(sha, text) for sha, text in {sha256_of(program): program for program in programs if program}.items()
+    ]
 
 
 def _row_of_other(store: Store, value: Any) -> int | None:

@@ -48,7 +48,7 @@ def require_file_of_part(store: Store, inspection: Inspection) -> None:
 def cuts_of(store: Store, part: Part, stage: Stage) -> list[Cut]:
     """Returns the cuts of a part of that stage, oldest first."""
     found = find(store, Cut, part_type=part.part_type.name, serial=part.serial, stage=stage)
-    return [one.value for one in found if one.value.part.identity == part.identity]
+    return [stored.value for stored in found if stored.value.part.identity == part.identity]
 
 
 def link_of(store: Store, inspection: Inspection) -> InspectionLink | None:
@@ -61,7 +61,7 @@ def as_known(store: Store, inspection: Inspection) -> Inspection:
     """Returns the inspection as it was kept of the same file and part, where it has no time of measurement now."""
     if inspection.measured_at is not None:
         return inspection
-    kept = (one.value for one in find(store, Inspection, file_sha256=inspection.sha256))
+    kept = (stored.value for stored in find(store, Inspection, file_sha256=inspection.sha256))
     same = (one for one in kept if (one.part.identity, one.values) == (inspection.part.identity, inspection.values))
     return next(same, inspection)
 
@@ -70,17 +70,17 @@ def finished_already(store: Store, inspections: Sequence[Inspection], finished: 
     """Yields a warning where a part's finish cut was kept before new touches of its semi-finished surface, a note where
     it was before a further inspection of its finished one.
     """
-    for one in inspections[:1]:
-        known = find(store, Inspection, identity=joined(one.identity))
-        if not known and cuts_of(store, one.part, Stage.FINISH):
+    for inspection in inspections[:1]:
+        known = find(store, Inspection, identity=joined(inspection.identity))
+        if not known and cuts_of(store, inspection.part, Stage.FINISH):
             now = "measured again: both inspections are of one cut" if finished else "touched before its finish cut"
             yield Finding(
                 Severity.NOTE if finished else Severity.WARNING,
                 Code.STO_STAGE,
-                f"part {one.part.serial!r} is kept as finished, and is now {now}",
+                f"part {inspection.part.serial!r} is kept as finished, and is now {now}",
                 hint="another part, or one that was cut again, has a serial number of its own: `part.serial` of the "
                 "job, or --serial",
-                values={"serial": one.part.serial},
+                values={"serial": inspection.part.serial},
             )
 
 

@@ -47,18 +47,18 @@ def parts_of_earlier_edges(
     before = min((at for lived in own if (at := _when(lived)) is not None), default=None)
     finished = {(lived.cut.part.part_type.identity, lived.cut.part.serial) for lived in own}
     found = list[tuple[LivedPart, str]]()
-    for one in sorted(_earlier(store, edge), key=lambda one: -one.kept.row):
+    for earlier in sorted(_earlier(store, edge), key=lambda earlier: -earlier.kept.row):
         if len(found) == LATEST:
             break
-        part = one.kept.value.part
-        if (first is not None and one.kept.row >= first) or (part.part_type.identity, part.serial) in finished:
+        part = earlier.kept.value.part
+        if (first is not None and earlier.kept.row >= first) or (part.part_type.identity, part.serial) in finished:
             continue
-        lived = whole_of_cut(store, one.kept.value)
+        lived = whole_of_cut(store, earlier.kept.value)
         if lived is None or lived.of_machine != of_machine:
             continue
         at = _when(lived)
         if before is None or at is None or at < before:
-            found.append((lived, one.label))
+            found.append((lived, earlier.label))
     found.reverse()
     return tuple(
         replace(made_of(lived, k - len(found)), edge=label, minutes_in_cut=None)
@@ -80,7 +80,7 @@ def history_of_tool(
     """
     every = life_of(store, edge, also)
     kind = of_machine if of_machine is not None or not every else every[-1].of_machine
-    life = [one for one in every if one.of_machine == kind]
+    life = [lived_part for lived_part in every if lived_part.of_machine == kind]
     wanted = None
     if until is not None:
         at = _position(life, until)
@@ -91,13 +91,13 @@ def history_of_tool(
 
 def _position(life: Sequence[LivedPart], part: tuple[str, str]) -> int:
     """Returns the position of a part, by its type and serial number; of one that was not cut yet, the end."""
-    names = ((name_of(one.cut.part.part_type), one.cut.part.serial) for one in life)
+    names = ((name_of(lived_part.cut.part.part_type), lived_part.cut.part.serial) for lived_part in life)
     return next((k for k, name in enumerate(names) if name == part), len(life))
 
 
 def _before(life: Sequence[LivedPart], part_type: str) -> list[int]:
     """Returns the positions of the parts by which the next one, of this type, is predicted."""
-    return latest_of([name_of(one.cut.part.part_type) for one in life], part_type)
+    return latest_of([name_of(lived_part.cut.part.part_type) for lived_part in life], part_type)
 
 
 def _earlier(store: Store, edge: Edge) -> Iterator[_Earlier]:
@@ -122,11 +122,11 @@ def with_history(store: Store, inputs: Inputs) -> Inputs:
     """
     if inputs.edge is None or inputs.memory.memory == "off":
         return inputs
-    serials = [one.part.serial for one in inputs.inspections if one.part.serial]
+    serials = [inspection.part.serial for inspection in inputs.inspections if inspection.part.serial]
     own = (name_of(inputs.part), serials[0] if serials else "")
     edge = inputs.edge
     every = life_of(store, edge)
-    life = [one for one in every if one.of_machine == (inputs.machine is not None)]
+    life = [lived_part for lived_part in every if lived_part.of_machine == (inputs.machine is not None)]
     inputs = replace(inputs, notes=(*inputs.notes, *_left_out(len(every) - len(life), inputs.machine is not None)))
     before = life[: _position(life, own)]
     earlier = parts_of_earlier_edges(store, edge, every, inputs.machine is not None)

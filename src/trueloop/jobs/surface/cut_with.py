@@ -30,12 +30,12 @@ def with_cut(inputs: SurfaceInputs, job: Path, stated: str, nominal: Path) -> Su
     with in_file(job):
         _require_of_job(record, inputs, nominal)
         require_later(record, inputs.inspections, job, time_needed=False)
-        own = {one.sha256 for one in record.inspections}
-        for one in inputs.inspections:
-            if one.sha256 in own:
+        own = {inspection.sha256 for inspection in record.inspections}
+        for inspection in inputs.inspections:
+            if inspection.sha256 in own:
                 raise _refused(
                     record,
-                    f"was made from part {one.part.serial!r}, which is stated to be cut with it",
+                    f"was made from part {inspection.part.serial!r}, which is stated to be cut with it",
                     "name in gauging.points the parts that were cut with it alone",
                 )
         try:
@@ -73,7 +73,7 @@ def require_stated(inputs: SurfaceInputs, job: Path, output: Path, nominal: Path
 
 def _possible(inputs: SurfaceInputs, job: Path, output: Path, nominal: Path) -> Iterator[str]:
     today = inputs.inspections[inputs.earlier :]
-    parts, own = {one.sha256 for one in today}, job.parent.resolve()
+    parts, own = {inspection.sha256 for inspection in today}, job.parent.resolve()
     measured_at = inputs.measured_at
     homes = dict.fromkeys([own, output.resolve()])
     for file in sorted({file for one in folders_near(list(homes)) for file in one.glob("record*.json")}):
@@ -82,7 +82,7 @@ def _possible(inputs: SurfaceInputs, job: Path, output: Path, nominal: Path) -> 
             _require_of_job(record, inputs, nominal)
         except (OSError, TrueloopError):
             continue
-        if parts <= {one.sha256 for one in record.inspections}:
+        if parts <= {inspection.sha256 for inspection in record.inspections}:
             continue
         if measured_at is None or datetime.fromisoformat(record.made_at).astimezone(UTC) <= latest_time(measured_at):
             yield f"{_shown(file, own)} ({record.id})"

@@ -256,7 +256,7 @@ def add_parts(together: Together, work: Work = HERE) -> AddedPart:
     with in_file(together.read.job):
         parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
         kept = keep_parts(store, together.read)
-    new = [one.value.part.serial for one in kept.new if isinstance(one.value, Inspection)]
+    new = [stored.value.part.serial for stored in kept.new if isinstance(stored.value, Inspection)]
     counted = [part for part in parts if part.deviations.name not in inputs.options.exclude]
     noticed = notice_in_order(counted, new)
     findings = tuple(finding for one in noticed for finding in as_findings(one))

@@ -44,7 +44,7 @@ def characteristics_of(job: Located[Job], profile: Profile) -> tuple[Characteris
             found.append(one)
     if part.general_tolerance is not None:
         with job.at("part", "general_tolerance"):
-            found += _general(part.general_tolerance, profile, {one.feature for one in found})
+            found += _general(part.general_tolerance, profile, {characteristic.feature for characteristic in found})
     return tuple(found)
 
 
@@ -101,7 +101,7 @@ def toleranced(
 
     Numbers of the texts are in units of `mm_per_unit`. Raises TOL errors; MSR-FEATURE for a name that no size has.
     """
-    sizes = {name: one for one in reversed(planned) if (name := tolerance_name(one))}
+    sizes = {name: characteristic for characteristic in reversed(planned) if (name := tolerance_name(characteristic))}
     found = []
     for name, text in tolerances.items():
         if name not in sizes:
@@ -133,7 +133,7 @@ def joined(
     feature of the profile, or has no limits, or is not a size of a turned part, is not judged, and noted.
     """
     found, notes, of_none = list(characteristics), list[str](), list[str]()
-    of = {one.reading.characteristic: one for one in matched}
+    of = {reading.reading.characteristic: reading for reading in matched}
     for theirs in of_file:
         one = replace(theirs, feature=names.get(theirs.feature, theirs.feature))
         one = _of_feature(one, of[one.name], profile) if one.name in of else one

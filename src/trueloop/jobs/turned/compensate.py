@@ -98,9 +98,9 @@ def compensate_part(
     """
     done = compensate_and_keep(job, output, Keeping(store), language=language, unit=unit, pdf=pdf)
     edges = tuple(
-        CorrectedEdge(edge.tool, edge.features, edge.correction, one.frame.name)
-        for one in done.corrected.setups
-        for edge in one.edges
+        CorrectedEdge(edge.tool, edge.features, edge.correction, setup.frame.name)
+        for setup in done.corrected.setups
+        for edge in setup.edges
     )
     return CorrectedPart(edges, tuple(done.files))
 
@@ -168,7 +168,7 @@ def compensate_and_keep(
     """
     files = JobFiles.of(Path(job)).with_serial(keeping.serial).with_output(output)
     cuts = read_cuts(files)
-    beside: Beside = "made" if any(one.part.serial for one in cuts.measured.inspections) else "unused"
+    beside: Beside = "made" if any(inspection.part.serial for inspection in cuts.measured.inspections) else "unused"
     store = store_of(files.path.parent, keeping.db, files.job.store.db, beside)
     folder = Path(output or _from_here(files.output_folder))
     return corrected_into(
@@ -221,7 +221,7 @@ def _kept(store: "Store", files: JobFiles, corrected: PartCorrection, keeping: K
     from trueloop.jobs.store.keep_correction import keep_corrections  # slow to import, and some jobs have no store
 
     require_edges_named(files, corrected)
-    edges = [(one.inputs, one.correction) for one in corrected.edges]
+    edges = [(edge.inputs, edge.correction) for edge in corrected.edges]
     return keep_corrections(store, [(i, c) for i, c in edges if i is not None and c is not None], keeping)
 
 
@@ -240,7 +240,7 @@ class Corrected:
 def correct_job(job: FilePath, keeping: Keeping, memory: MemoryUse | None = None) -> Corrected:
     """Computes the correction of a job; nothing is kept or written. Raises what reading and correcting refuse."""
     read = read_job(job, serial=keeping.serial)
-    beside: Beside = "used" if any(one.part.serial for one in read.inputs.inspections) else "unused"
+    beside: Beside = "used" if any(inspection.part.serial for inspection in read.inputs.inspections) else "unused"
     return corrected_of(read, store_of(Path(job).parent, keeping.db, read.store_db, beside), memory)
 
 

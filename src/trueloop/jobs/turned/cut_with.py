@@ -66,7 +66,7 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
         # Folders near the job, its outputs and its program
         program = files.path.parent / files.job.own_programs.finish
         homes = [files.path.parent.resolve(), files.output_folder.resolve(), program.resolve().parent]
-        within = folders_near([*homes, *(one.parent for one in homes)])
+        within = folders_near([*homes, *(home.parent for home in homes)])
         if len(within) == MOST_FOLDERS:
             note = wording(
                 "Corrections of the program were looked for in {n} folders near the job, and there are more: state "
@@ -256,13 +256,13 @@ def _is_from(record: Record, inspections: Sequence[Inspection], *, one_part: boo
     one_part: the same rows without another time are one measurement, whatever serial number the job states.
     """
     return any(
-        one.sha256 == other.sha256
+        inspection.sha256 == other.sha256
         and (
-            one.part.serial == other.part.serial
-            or not (one.part.serial and other.part.serial)
-            or (one_part and one.measured_at == other.measured_at and _rows(one) == _rows(other))
+            inspection.part.serial == other.part.serial
+            or not (inspection.part.serial and other.part.serial)
+            or (one_part and inspection.measured_at == other.measured_at and _rows(inspection) == _rows(other))
         )
-        for one in inspections
+        for inspection in inspections
         for other in record.inspections
     )
 
@@ -281,7 +281,7 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
         else "what was measured before a correction was made was not cut with it: state what did cut it in "
         "`cut_with`; if the clock of what measured it was wrong, `gauging.measured_at` states when it was"
     )
-    for measured_at in (one.measured_at for one in inspections):
+    for measured_at in (inspection.measured_at for inspection in inspections):
         if time_needed if measured_at is None else latest_time(measured_at) < corrected_at:
             when = "" if measured_at is None else measured_at.isoformat(timespec="seconds")
             raise Code.MSR_OLD.refusal(
@@ -298,8 +298,8 @@ def require_another_part(record: Record, inspections: Sequence[Inspection]) -> N
 
     One made before the finish cut is meant for the part that it was made from.
     """
-    serials = {one.part.serial for one in inspections if one.part.serial}
-    own = sorted(serials & {one.part.serial for one in record.inspections})
+    serials = {inspection.part.serial for inspection in inspections if inspection.part.serial}
+    own = sorted(serials & {inspection.part.serial for inspection in record.inspections})
     if record.cut_with is not None and (own or _is_from(record, inspections, one_part=True)):
         part = f"finished part {own[0]!r}" if own else "this very measurement of a finished part"
         raise Code.CMP_CUT_WITH.refusal(

@@ -109,7 +109,7 @@ def read_measured(files: JobFiles, profile: Profile, machine: PartOnMachine | No
     touched = [files.sources.file(name) for name in job.gauging.touches_files]
     inspections = tuple(read_inspection(file, job, machine) for file in touched)
     readings = read_readings(job, files.sources, profile)
-    touches = [touch for one in inspections for touch in one.touches]
+    touches = [touch for inspection in inspections for touch in inspection.touches]
     if readings.touches or len(touched) > 1:
         touches = in_order(profile, [*touches, *readings.touches])
     vectors = None
@@ -254,7 +254,7 @@ def read_setups(files: JobFiles) -> ReadSetups:
     """
     frames = files.frames or (PART,)
     of_setups = files.of_setups
-    programs = [one.finish_program() for one in of_setups]
+    programs = [setup.finish_program() for setup in of_setups]
     profile = files.profile(programs[0])
     decided_of(files, profile)
     setups = [

@@ -89,7 +89,7 @@ def read_part(path: FilePath) -> ReadPart:
     [('small-cylinder', 7.62), ('dome', 58.251)]
     """
     files = JobFiles.of(Path(path))
-    edges = files.edges or tuple(edge for one in files.job.setups for edge in files.with_setup(one).edges)
+    edges = files.edges or tuple(edge for setup in files.job.setups for edge in files.with_setup(setup).edges)
     noses_mm = tuple(edge.nose_radius_mm for edge in edges) or (files.nose_radius_mm,)
     return ReadPart(
         name=files.job.part.name,
@@ -143,8 +143,8 @@ def read_cuts(files: JobFiles, unmeasured: Measured | None = None) -> ReadCuts:
 
     `unmeasured` stands in for the touches and readings of a part that was not measured yet.
     """
-    for one in files.of_setups:
-        one.require_uncorrected()
+    for setup in files.of_setups:
+        setup.require_uncorrected()
     read, job, sources = read_setups(files), files.job, files.sources
     read.found.require_plain()
     machine = None
@@ -169,7 +169,11 @@ def _in_setup(
     """Inputs for the features of one set-up, in its frame; `profile` is the part's."""
     frame, own = of.setup.frame, {*of.features}
     vectors = vectors_in(frame, _of_features(measured.vectors, profile, own), profile)
-    asked = [one for one in measured.characteristics if {one.feature, one.other} - {""} <= own]
+    asked = [
+        characteristic
+        for characteristic in measured.characteristics
+        if {characteristic.feature, characteristic.other} - {""} <= own
+    ]
     mine = replace(measured, vectors=vectors, characteristics=characteristics_in(frame, asked))
     after = None if finish is None else vectors_in(frame, _of_features(finish, profile, own), profile)
     return ReadFiles(of.setup.program, of.profile, mine, after, machine)
@@ -218,7 +222,7 @@ def _of_none(measured: Measured, read: ReadSetups) -> list[str]:
 
     The part of the next cut stands on a face that another set-up cuts, which a correction of its own error moves.
     """
-    owns = [set(one.features) for one in read.found.setups]
+    owns = [set(setup.features) for setup in read.found.setups]
     touched = {read.profile.names[index] for index in measured.vectors.feature_index.tolist()}
     unused = [name for name in read.found.uncut if name in touched]
     found: list[str] = []

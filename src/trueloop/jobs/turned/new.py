@@ -269,9 +269,14 @@ def _said(wanted: Wanted, programs: Sequence[Program], drawn: PartDrawing, file:
     of = "" if wanted.drawing is None else drawing_key(wanted.drawing)
     cut_by = [
         filled_from(
-            NewProgram, one, name=f"side{k}", finish=beside(one.program), dialect=read.dialect.name, tools=one.all_tools
+            NewProgram,
+            program,
+            name=f"side{k}",
+            finish=beside(program.program),
+            dialect=read.dialect.name,
+            tools=program.all_tools,
         )
-        for k, (one, read) in enumerate(zip((wanted, *wanted.then), programs, strict=True), 1)
+        for k, (program, read) in enumerate(zip((wanted, *wanted.then), programs, strict=True), 1)
     ]
     return filled_from(
         NewJob,
@@ -308,7 +313,7 @@ class GaugeSheet:
 
         Raises MSR-FEATURE for a name that is none of a size of the sheet.
         """
-        names = [one.name for one in self.planned]
+        names = [characteristic.name for characteristic in self.planned]
         other = next((name for name in values if name not in names), None)
         if other is not None:
             raise Code.MSR_FEATURE.refusal(
@@ -329,7 +334,7 @@ def gauge_sheet_of(path: Path) -> GaugeSheet:
     """
     files = JobFiles.of(path)
     first, *_ = of_setups = files.of_setups
-    programs = [one.finish_program() for one in of_setups]
+    programs = [setup.finish_program() for setup in of_setups]
     profile = files.profile(programs[0])
     planned = gauge_plan(profile, characteristics_of(files.located, profile))
     inch = unit_of_path(programs[0].unit, first.run.of(programs[0]))["unit"] == "inch"

@@ -42,7 +42,8 @@ def as_first_made(corrected: PartCorrection, folder: Path) -> PartCorrection:
     that is only written again is no younger than the parts that it has cut.
     """
     setups = [
-        replace(one, edges=tuple(_first_made(one, edge, folder) for edge in one.edges)) for one in corrected.setups
+        replace(setup, edges=tuple(_first_made(setup, edge, folder) for edge in setup.edges))
+        for setup in corrected.setups
     ]
     return replace(corrected, setups=tuple(setups))
 
@@ -68,7 +69,7 @@ def outputs_of_part(corrected: PartCorrection, options: PageOptions, pdf: bool) 
     """
     if corrected.alone is not None:
         return outputs_of(corrected.alone, options, pdf)
-    contents: dict[str, bytes | None] = {one.name: one.program for one in corrected.setups}
+    contents: dict[str, bytes | None] = {correction.name: correction.program for correction in corrected.setups}
     reports: dict[tuple[str, str], str] = {}
     for setup in corrected.setups:
         for edge in setup.edges:
@@ -76,7 +77,7 @@ def outputs_of_part(corrected: PartCorrection, options: PageOptions, pdf: bool) 
             contents |= _of_edge(edge, label, options, pdf)
             reports[setup.frame.name, edge.tool] = f"report-{label}.html"
     # The texts of a page of all edges, in the unit of the first program that says its own
-    records = [one.record for setup in corrected.setups for one in setup.corrections]
+    records = [correction.record for setup in corrected.setups for correction in setup.corrections]
     units = [record.program.unit for record in records if record.program is not None]
     contents["report.html"] = part_page(corrected, reports, Texts.of(options, units[0] if units else None)).encode()
     contents["part.json"] = part_json(corrected).encode()

@@ -108,19 +108,19 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     files = [sources.file(name) for name in job.gauging.readings_files]
     for file in files:
         measured = _measured(file, StatedFacts(job.gauging.readings_unit, mapping, "gauging.readings_unit"))
-        chosen = [measured.for_part(one) for one in _of_part(measured, job)]
+        chosen = [measured.for_part(inspection) for inspection in _of_part(measured, job)]
         with in_file(file):
             found, points, unmatched = _matched(profile, chosen, names, strict=measured.format == GAUGE_CSV.name)
             repeated(profile, corrected(found), gauging)
         inspections += chosen
         matched += found
-        touches += [_less(one, gauging.allowance_mm) for one in points]
+        touches += [_less(point, gauging.allowance_mm) for point in points]
         asked += measured.characteristics
         notes += [f"{file.name}: {remark.text}." for remark in measured.remarks]
         notes += _of_other_name(file.name, measured, job)
         if unmatched:
             notes.append(wording("{file}: {n} values are of no feature of the part.", file=file.name, n=unmatched))
-        notes += [f"{file.name}: {one.message} ({one.hint})." for one in other_nominals(profile, found)]
+        notes += [f"{file.name}: {nominal.message} ({nominal.hint})." for nominal in other_nominals(profile, found)]
         notes += [f"{file.name}: {remark.text}." for remark in deviations_of(measured, profile, found)]
     if files and not matched and not touches:
         raise Code.MSR_NONE.refusal(
@@ -148,9 +148,9 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
 def deviations_of(measured: MeasuredFile, profile: Profile, matched: Sequence[MatchedReading]) -> tuple[Remark, ...]:
     """Compares deviations that a file states of readings without a nominal value with those from the profile's."""
     return stated_deviations(
-        (replace(one.reading, nominal=nominal_of(profile, one)), *deviation)
-        for one in corrected(matched)
-        if (deviation := measured.deviation_of(one.reading)) is not None
+        (replace(reading.reading, nominal=nominal_of(profile, reading)), *deviation)
+        for reading in corrected(matched)
+        if (deviation := measured.deviation_of(reading.reading)) is not None
     )
 
 
@@ -180,7 +180,7 @@ def _measured(file: Path, stated: StatedFacts) -> MeasuredFile:
 
 def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
     """The inspections of the job's part, with what the job says of it where the file does not."""
-    serials = sorted({one.part.serial for one in measured.inspections if one.part.serial})
+    serials = sorted({inspection.part.serial for inspection in measured.inspections if inspection.part.serial})
     wanted = job.part.serial
     if (wanted and serials and wanted not in serials) or (not wanted and len(serials) > 1):
         shown = ", ".join(map(repr, serials[:6])) + (", …" if len(serials) > 6 else "")
@@ -191,13 +191,13 @@ def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
             place=Place(str(measured.path)),
             values={"serials": serials},
         )
-    chosen = [one for one in measured.inspections if not wanted or one.part.serial in (wanted, "")]
-    return [_stated(one, job) for one in chosen]
+    chosen = [inspection for inspection in measured.inspections if not wanted or inspection.part.serial in (wanted, "")]
+    return [_stated(inspection, job) for inspection in chosen]
 
 
 def _of_other_name(file: str, measured: MeasuredFile, job: Job) -> list[str]:
     """A note for each name of a part that is not the job's: measuring machines often have their own."""
-    names = dict.fromkeys(one.part.part_type.name for one in measured.inspections)
+    names = dict.fromkeys(inspection.part.part_type.name for inspection in measured.inspections)
     others = [name for name in names if name and name.casefold() not in (job.part.name.casefold(), Path(file).stem)]
     return [f"{file}: its part is {name!r}, that of the job {job.part.name!r}." for name in others]
 
@@ -222,13 +222,13 @@ def _matched(
     that is none, and what is wrong about an inspection on this part.
     """
     if strict and not names:
-        return [_named(profile, reading) for one in inspections for reading in one.readings], [], 0
+        return [_named(profile, reading) for inspection in inspections for reading in inspection.readings], [], 0
     matched: list[MatchedReading] = []
     touches: list[Touch] = []
     unmatched = 0
-    for one in inspections:
-        found = match_inspection(profile, one, names)
-        for finding in check_matches(profile, one, found, names, None):
+    for inspection in inspections:
+        found = match_inspection(profile, inspection, names)
+        for finding in check_matches(profile, inspection, found, names, None):
             if finding.severity is Severity.ERROR:
                 raise finding.as_error()
         matched += found.readings

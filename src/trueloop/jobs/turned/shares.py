@@ -69,17 +69,17 @@ def require_edges_named(files: JobFiles, corrected: PartCorrection) -> None:
     what one teaches would be taken for the other's.
     """
     tables = {(setup.name, tool.called): tool for setup in files.job.setups for tool in setup.tools}
-    for (one, edge), (other, same) in combinations(_edges(corrected), 2):
-        if one is other or _identity(edge) != _identity(same):
+    for (correction, edge), (other, same) in combinations(_edges(corrected), 2):
+        if correction is other or _identity(edge) != _identity(same):
             continue
-        named = [tables[of.frame.name, called] for of, called in ((one, _called(edge)), (other, _called(same)))]
+        named = [tables[of.frame.name, called] for of, called in ((correction, _called(edge)), (other, _called(same)))]
         if not all(table.name for table in named):
-            raise _unnamed(files, (one, other), named)
+            raise _unnamed(files, (correction, other), named)
 
 
 def _edges(corrected: PartCorrection) -> list[tuple[SetupCorrection, EdgeCorrection]]:
     """Those that the store would have."""
-    return [(one, edge) for one in corrected.setups for edge in one.edges if _identity(edge) is not None]
+    return [(setup, edge) for setup in corrected.setups for edge in setup.edges if _identity(edge) is not None]
 
 
 def _called(of: EdgeCorrection) -> CalledOffset:
@@ -95,7 +95,7 @@ def _identity(of: EdgeCorrection) -> tuple[str, ...] | None:
 def _unnamed(
     files: JobFiles, setups: tuple[SetupCorrection, SetupCorrection], tools: list[ToolsTable]
 ) -> TrueloopError:
-    names = [one.frame.name for one in setups]
+    names = [setup.frame.name for setup in setups]
     called = " and ".join(dict.fromkeys(tool.called.words for tool in tools))
     return Code.SET_EDGE.refusal(
         f"{called} of set-ups {names[0]} and {names[1]} would be one edge in the store, and the job does not name it",
@@ -198,7 +198,10 @@ def _shared_length(
     size = Characteristic("", Quantity.LENGTH, names[0], 0.0, other="" if len(names) == 1 else names[1])
     other = next((name for name in names if name != profile.names[ends[0]]), ZERO)
     reading = replace(of.reading, feature=mine[ends[0]], other=other, place_mm=())
-    named = next((one for one in drawn if place_of(one, profile) == place_of(size, profile)), None)
+    named = next(
+        (characteristic for characteristic in drawn if place_of(characteristic, profile) == place_of(size, profile)),
+        None,
+    )
     return reading if named is None else of_characteristic(reading, named)
 
 
@@ -224,10 +227,12 @@ def stored_inputs(
     part = replace(inputs.part, name=name_of_share(inputs.part.name, own, inputs.setup))
     allowance_mm = inputs.measured_allowance_mm
     mine = (
-        inspection_of_edge(one, profile, own, setup=inputs.setup, allowance_mm=allowance_mm, drawn=drawn)
-        for one in inputs.inspections
+        inspection_of_edge(inspection, profile, own, setup=inputs.setup, allowance_mm=allowance_mm, drawn=drawn)
+        for inspection in inputs.inspections
     )
-    inspections = tuple(replace(one, part=replace(one.part, part_type=part)) for one in mine if one.values)
+    inspections = tuple(
+        replace(inspection, part=replace(inspection.part, part_type=part)) for inspection in mine if inspection.values
+    )
     edge, number = inputs.edge, own.edge.called.edge
     if edge is not None and number > 1:
         edge = replace(edge, corner=f"{edge.corner} D{number}".strip())

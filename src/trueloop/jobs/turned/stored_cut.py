@@ -53,7 +53,7 @@ def with_stored_cut(store: Store, inputs: Inputs, part: Part) -> Inputs:
     of_program = find(store, Correction, program_sha256=sha256_of(inputs.program.source))
     known = [one.value.record for one in of_program]
     beside = tuple(one for one in force.possible if not any(of.id in one for of in known))
-    stored = with_possible(inputs, [(one, stored_words(one)) for one in known if is_of_cut(one, inputs)])
+    stored = with_possible(inputs, [(record, stored_words(record)) for record in known if is_of_cut(record, inputs)])
     notes = inputs.notes if beside else tuple(dict.fromkeys(stored.notes))
     return replace(stored, in_force=replace(force, possible=(*beside, *stored.in_force.possible)), notes=notes)
 
@@ -64,17 +64,17 @@ def _with_program(store: Store, force: InForce) -> InForce:
     if not cut.corrected:
         return force
     held = find(store, Correction, identity=joined((cut.correction,)))
-    sha256 = _sha256([one.value for one in held], cut.ran) or cut.program_sha256
+    sha256 = _sha256([stored.value for stored in held], cut.ran) or cut.program_sha256
     return replace(force, cut_with=replace(cut, program_sha256=sha256))
 
 
 def _sha256(held: Sequence[Correction[turned.Correction]], ran: Ran) -> str:
-    payloads = [one.payload for one in held if isinstance(one.payload, turned.Correction)]
+    payloads = [correction.payload for correction in held if isinstance(correction.payload, turned.Correction)]
     return payloads[-1].programs_sha256.get(ran, "") if payloads else ""
 
 
 def _correction(store: Store, record_id: str) -> Correction[turned.Correction]:
-    held = [one.value for one in find(store, Correction, identity=joined((record_id,)))]
+    held = [stored.value for stored in find(store, Correction, identity=joined((record_id,)))]
     if held:
         return held[-1]
     hint = f"{HINT}; of several tools or set-ups the path to their `part.json`"

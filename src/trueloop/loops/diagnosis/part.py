@@ -85,7 +85,9 @@ class InspectedPart:
 
     def points(self, places: Mapping[str, FeaturePlace]) -> dict[SeenBy, SeenPoints]:
         """Returns points by the device that measured them; of a standard part errors are actual less calibrated."""
-        seen = {by: points_of(against_calibrated(one, self.standard), places) for by, one in self.seen.items()}
+        seen = {
+            by: points_of(against_calibrated(inspection, self.standard), places) for by, inspection in self.seen.items()
+        }
         return {by: points for by, points in seen.items() if points.feature}
 
     def with_errors(self, places: Mapping[str, FeaturePlace]) -> SeenPart:
@@ -180,7 +182,9 @@ ALONE = Finding(
 def of_part(diagnosis: Diagnosis, part: SeenPart) -> Diagnosis:
     """Returns the causes of a series that act on features which this part shows."""
     shown = {error.feature for errors in part.errors.values() for error in errors}
-    own = tuple(one for one in diagnosis.candidates if not one.features or shown & set(one.features))
+    own = tuple(
+        candidate for candidate in diagnosis.candidates if not candidate.features or shown & set(candidate.features)
+    )
     return replace(diagnosis, candidates=own)
 
 
@@ -204,7 +208,7 @@ def diagnose_series(
     Raises DIA-FEW for one part, DIA-UNSTABLE for a fixturing that does not hold, unless it is accepted: while it does
     not, nothing else is concluded [4773 §4.1].
     """
-    cut = [one for one in parts if not one.made.standard]
+    cut = [part for part in parts if not part.made.standard]
     if len(cut) < LEAST_PARTS:
         raise Code.DIA_FEW.refusal(
             f"{len(cut)} parts were inspected, {LEAST_PARTS} at least are needed to separate what repeats from part "
@@ -213,9 +217,9 @@ def diagnose_series(
             values={"count": len(cut), "needed": LEAST_PARTS},
         )
     repeats = [
-        (one.part.serial, r) for one in parts for points in one.points(places).values() for r in repeats_of(points)
+        (part.part.serial, r) for part in parts for points in part.points(places).values() for r in repeats_of(points)
     ]
     findings = require_stable(repeats, accept)
-    series = SeenSeries(places, tuple(one.with_errors(places) for one in parts))
+    series = SeenSeries(places, tuple(part.with_errors(places) for part in parts))
     found = judge(series)
     return SeriesDiagnosis(series, found, (*findings, *found.findings))

@@ -49,9 +49,9 @@ class _Hint:
 def inferred_shapes(inspections: Sequence[Inspection]) -> tuple[Line, ...]:
     """Returns the straight features, in order from the chuck; those whose points lie on no line are left out."""
     groups: dict[str, list[_Hint]] = {}
-    for hint in (hint for one in inspections for hint in _hints(one)):
+    for hint in (hint for inspection in inspections for hint in _hints(inspection)):
         groups.setdefault(hint.name, []).append(hint)
-    lengths = [one for each in inspections for one in each.readings if one.quantity is Quantity.LENGTH]
+    lengths = [reading for each in inspections for reading in each.readings if reading.quantity is Quantity.LENGTH]
     for name, z in _faces(lengths, {name: hints[0].at_mm[1] for name, hints in groups.items()}).items():
         groups.setdefault(name, [_Hint(name, (LEAST_MM / 2.0, z), (0.0, 1.0))])
     shapes = (_line(name, hints) for name, hints in groups.items())
@@ -104,9 +104,9 @@ def _faces(lengths: Sequence[Reading], known_mm: Mapping[str, float]) -> dict[st
     `known_mm` are places of other features.
     """
     z, into = {"": 0.0, **known_mm}, 1.0 if sum(known_mm.values()) > 0.0 else -1.0
-    waiting = [one for one in lengths if one.nominal is not None]
+    waiting = [length for length in lengths if length.nominal is not None]
     while waiting:
-        tied = next((one for one in waiting if one.other in z or _name(one) in z), waiting[0])
+        tied = next((reading for reading in waiting if reading.other in z or _name(reading) in z), waiting[0])
         waiting.remove(tied)
         assert tied.nominal is not None  # those without one were left out
         if tied.other not in z:
@@ -234,7 +234,7 @@ def _touched(
 def _angles(inspection: Inspection, matches: Matches) -> list[float]:
     """Returns the angle about the axis of each point that was matched, rad, in their order, right-handed about z."""
     left = {id(one.value) for one in matches.left}
-    return [_angle(one, matches.axis or "z") for one in inspection.points if id(one) not in left]
+    return [_angle(point, matches.axis or "z") for point in inspection.points if id(point) not in left]
 
 
 def _angle(point: CmmPoint, axis: Axis) -> float:
@@ -256,8 +256,10 @@ def _counted(rows: Iterator[_Row]) -> Iterator[_Row]:
 def _read(profile: Profile, readings: Sequence[MatchedReading], gauging: Gauging) -> Iterator[_Row]:
     """Readings at places, the repeats apart: lengths between faces are resolved within one repeat."""
     used = corrected(readings)
-    for repeat in sorted({one.reading.repeat for one in used}):
-        vectors, _ = with_readings(profile, [one for one in used if one.reading.repeat == repeat], None, gauging)
+    for repeat in sorted({reading.reading.repeat for reading in used}):
+        vectors, _ = with_readings(
+            profile, [reading for reading in used if reading.reading.repeat == repeat], None, gauging
+        )
         for k, index in enumerate(vectors.feature_index.tolist()):
             error_mm, u_mm = float(vectors.error_mm[k]), float(vectors.standard_u_mm[k])
             nominal, normal = vectors.nominal_mm[k], vectors.outward_normal[k]

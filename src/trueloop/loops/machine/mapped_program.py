@@ -251,11 +251,11 @@ def obstacles(
         text = _text(source, survey, field, options, parameters)
         for _ in _displaced(mapper, text):
             pass
-        found += [_obstacle(text, *one) for one in mapper.obstacles()]
+        found += [_obstacle(text, *obstacle) for obstacle in mapper.obstacles()]
         _require_agreed(mapper, text, options.unit)
     except TrueloopError as refused:
         found.append(refused)
-    return sorted(found, key=lambda one: (one.place.line or 0, one.place.column or 0))
+    return sorted(found, key=lambda error: (error.place.line or 0, error.place.column or 0))
 
 
 def _obstacle(text: "_Text", told: tuple[str, str, str, int, int], raised: BaseException | None) -> TrueloopError:

@@ -93,9 +93,9 @@ class Certificate:
     @property
     def outcome(self) -> Outcome:
         """Returns the outcome of all characteristics together."""
-        if any(one.judged is not None and one.judged.verdict == "out" for one in self.values):
+        if any(size.judged is not None and size.judged.verdict == "out" for size in self.values):
             return "does not conform"
-        return "conforms" if self.values and all(one.proven for one in self.values) else "not certified"
+        return "conforms" if self.values and all(size.proven for size in self.values) else "not certified"
 
 
 def certified(
@@ -106,13 +106,13 @@ def certified(
 
     `stated_u`, mm: the standard uncertainty of readings that state none. Raises MON-NONE where nothing was measured.
     """
-    if not any(one.inspection.readings for one in seen):
+    if not any(inspection.inspection.readings for inspection in seen):
         raise Code.MON_NONE.refusal(
             f"part {part.serial!r} has {len(seen)} inspections after its finish cut in the store, 0 of them with sizes",
             hint="`trueloop series add` takes inspection files; a certificate says nothing that was not measured",
             values={"characteristic": part.serial},
         )
-    return tuple(_certified(one, seen, stated_u) for one in sizes)
+    return tuple(_certified(siz, seen, stated_u) for siz in sizes)
 
 
 def asked_of(inspections: Iterable[Inspection]) -> tuple[RequiredSize, ...]:
@@ -123,10 +123,14 @@ def asked_of(inspections: Iterable[Inspection]) -> tuple[RequiredSize, ...]:
     """
     found: dict[str, RequiredSize] = {}
     for inspection in inspections:
-        for one in inspection.readings:
-            limited = _limits(one) != (None, None)
-            if one.characteristic and (limited or (one.nominal is not None and one.quantity is not Quantity.POSITION)):
-                found[one.characteristic] = RequiredSize(one.characteristic, one.quantity, one.nominal, *_limits(one))
+        for reading in inspection.readings:
+            limited = _limits(reading) != (None, None)
+            if reading.characteristic and (
+                limited or (reading.nominal is not None and reading.quantity is not Quantity.POSITION)
+            ):
+                found[reading.characteristic] = RequiredSize(
+                    reading.characteristic, reading.quantity, reading.nominal, *_limits(reading)
+                )
     return tuple(found.values())
 
 
@@ -136,7 +140,7 @@ def _limits(reading: Reading) -> tuple[float | None, float | None]:
 
 def _certified(size: RequiredSize, inspections: Sequence[PartInspection], stated_u: float | None) -> CertifiedSize:
     by, readings = _latest(size.name, inspections)
-    values = [one.actual for one in readings]
+    values = [reading.actual for reading in readings]
     actual = fmean(values) if values else None
     u = _standard_u(size, readings, stated_u)
     temperature = _temperature(readings, by)
@@ -170,7 +174,7 @@ def _certified(size: RequiredSize, inspections: Sequence[PartInspection], stated
 
 def _standard_u(size: RequiredSize, readings: Sequence[Reading], stated_u: float | None) -> float | None:
     """Returns the standard uncertainty of one reading, in its unit."""
-    own = max((one.standard_u for one in readings if one.standard_u is not None), default=None)
+    own = max((reading.standard_u for reading in readings if reading.standard_u is not None), default=None)
     return stated_u if own is None and size.quantity is not Quantity.ANGLE else own
 
 
@@ -185,7 +189,7 @@ def _judged(size: RequiredSize, values: Sequence[float], u: float) -> Judgement 
     if not values or (size.lower is None and size.upper is None):
         return None
     each = [judge(value, u, None, size.lower, size.upper) for value in values]
-    worst = min(each, key=lambda one: 0.0 if one.margin is None else one.margin)
+    worst = min(each, key=lambda judgement: 0.0 if judgement.margin is None else judgement.margin)
     if worst.verdict != "in":
         return worst
     return judge(fmean(values), hypot(u, _spread(values)), None, size.lower, size.upper)
@@ -195,17 +199,17 @@ def _contradicted(
     size: RequiredSize, inspections: Sequence[PartInspection], by: PartInspection | None, stated_u: float | None
 ) -> Iterator[str]:
     """Yields other measurements, of the same state of the part, that prove the characteristic outside its limits."""
-    for one in inspections:
-        if by is None or _is_same(one, by) or bool(one.released) != bool(by.released):
+    for inspection in inspections:
+        if by is None or _is_same(inspection, by) or bool(inspection.released) != bool(by.released):
             continue
-        readings = [each for each in one.inspection.readings if each.characteristic == size.name]
+        readings = [each for each in inspection.inspection.readings if each.characteristic == size.name]
         u = _standard_u(size, readings, stated_u)
         judged = None if u is None else _judged(size, [each.actual for each in readings], u)
         if judged is not None and judged.verdict == "out":
-            at = one.inspection.measured_at
-            named = (one.inspection.device_of(size.name), "" if at is None else f"{at:%Y-%m-%d %H:%M}")
+            at = inspection.inspection.measured_at
+            named = (inspection.inspection.device_of(size.name), "" if at is None else f"{at:%Y-%m-%d %H:%M}")
             yield wording("another measurement is outside the limits: {which}",
-                          which=", ".join(filter(None, named)) or one.inspection.sha256[:12])  # fmt: skip
+                          which=", ".join(filter(None, named)) or inspection.inspection.sha256[:12])  # fmt: skip
 
 
 def _is_same(one: PartInspection, other: PartInspection) -> bool:
@@ -216,17 +220,17 @@ def _is_same(one: PartInspection, other: PartInspection) -> bool:
 
 def _latest(name: str, inspections: Sequence[PartInspection]) -> tuple[PartInspection | None, tuple[Reading, ...]]:
     """Returns the readings of the latest inspection that has the characteristic: a released part's first."""
-    ordered = sorted(inspections, key=lambda one: bool(one.released))  # stable: later ones stay later
-    for one in reversed(ordered):
-        own = tuple(each for each in one.inspection.readings if each.characteristic == name)
+    ordered = sorted(inspections, key=lambda inspection: bool(inspection.released))  # stable: later ones stay later
+    for inspection in reversed(ordered):
+        own = tuple(each for each in inspection.inspection.readings if each.characteristic == name)
         if own:
-            return one, own
+            return inspection, own
     return None, ()
 
 
 def _temperature(readings: Sequence[Reading], by: PartInspection | None) -> float | None:
     """Returns the part's temperature when measured: that of the readings, else of the inspection's only sensor."""
-    own = [one.temperature_c for one in readings if one.temperature_c is not None]
+    own = [reading.temperature_c for reading in readings if reading.temperature_c is not None]
     if own:
         return fmean(own)
     of_all = () if by is None else tuple(by.inspection.temperatures.values())

@@ -45,10 +45,13 @@ def with_diagnosis(alarm: ExplainedAlarm, diagnosis: Diagnosis, sigma_mm: float)
     A candidate gets its probability of that share, less where all of them together have more than 1; what is left
     stays unknown. Sizes are in `sigma_mm`, the charts' standard deviation.
     """
-    total = max(1.0, sum(one.probability for one in diagnosis.candidates))
-    added = [_likely(one, alarm.unknown * one.probability / total, sigma_mm) for one in diagnosis.candidates]
-    ordered = sorted([*alarm.likely, *added], key=lambda one: one.probability, reverse=True)
-    left = alarm.unknown - sum(one.probability for one in added)
+    total = max(1.0, sum(candidate.probability for candidate in diagnosis.candidates))
+    added = [
+        _likely(candidate, alarm.unknown * candidate.probability / total, sigma_mm)
+        for candidate in diagnosis.candidates
+    ]
+    ordered = sorted([*alarm.likely, *added], key=lambda likely: likely.probability, reverse=True)
+    left = alarm.unknown - sum(likely.probability for likely in added)
     return replace(alarm, likely=tuple(ordered), unknown=max(left, 0.0))
 
 
@@ -98,24 +101,25 @@ def chart_of(
 
     Raises MON-FEW for a baseline that is too short, MON-NONE for a baseline of parts that the series does not have.
     """
-    chosen = [k for k, one in enumerate(tracked.parts) if _value(one, options) is not None]
+    chosen = [k for k, part in enumerate(tracked.parts) if _value(part, options) is not None]
     parts, own = [tracked.parts[k] for k in chosen], [facts[k] for k in chosen]
-    values = np.array([_value(one, options) for one in parts], dtype=np.float64)
-    begins = [k for k, one in enumerate(parts) if one.made.set_before] if options.anew else []
+    values = np.array([_value(part, options) for part in parts], dtype=np.float64)
+    begins = [k for k, part in enumerate(parts) if part.made.set_before] if options.anew else []
     base = _baseline(parts, begins, options)
     found = charted(values, base, begins, [rule for rule in RULES if rule.number in options.rules])
     sigma_mm = found.sigma if options.what == "value" else None
-    causes = known([one.made for one in parts], own, base, sigma_mm)
+    causes = known([part.made for part in parts], own, base, sigma_mm)
     index = _capability(tracked, values, found) if options.what == "value" else None
     like, episodes = _correlation(found), tuple(_episodes(found, causes, options))
     if diagnosis is not None and options.what == "value":
         episodes = tuple(
-            replace(one, explained=with_diagnosis(one.explained, diagnosis, found.sigma)) for one in episodes
+            replace(episode, explained=with_diagnosis(episode.explained, diagnosis, found.sigma))
+            for episode in episodes
         )
     return MonitoredSeries(
         characteristic=tracked.series.characteristic,
-        serials=tuple(one.made.serial for one in parts),
-        set_before=tuple(one.made.set_before for one in parts),
+        serials=tuple(part.made.serial for part in parts),
+        set_before=tuple(part.made.set_before for part in parts),
         charted=found,
         episodes=episodes,
         capability=index,
@@ -134,7 +138,7 @@ def _value(tracked_part: TrackedPart, options: ChartOptions) -> float | None:
 
 def _baseline(parts: Sequence[TrackedPart], begins: Sequence[int], options: ChartOptions) -> Flags:
     """Marks the parts from which limits come: never those that are to teach nothing."""
-    counts = np.array([one.made.counts for one in parts], dtype=bool)
+    counts = np.array([part.made.counts for part in parts], dtype=bool)
     if isinstance(options.baseline, tuple):
         first, last = (_place(parts, serial) for serial in options.baseline)
         return counts & (np.arange(len(parts)) >= first) & (np.arange(len(parts)) <= last)
@@ -146,13 +150,13 @@ def _baseline(parts: Sequence[TrackedPart], begins: Sequence[int], options: Char
 
 def _serials(parts: Sequence[TrackedPart]) -> str:
     """Returns the serial numbers of all parts, of more than six the first and the last."""
-    serials = [one.made.serial for one in parts]
+    serials = [part.made.serial for part in parts]
     return ", ".join(serials if len(serials) <= 6 else [serials[0], "…", serials[-1]])
 
 
 def _place(parts: Sequence[TrackedPart], serial: str) -> int:
-    for k, one in enumerate(parts):
-        if one.made.serial == serial:
+    for k, part in enumerate(parts):
+        if part.made.serial == serial:
             return k
     raise Code.MON_NONE.refusal(
         f"the series has no part {serial!r} ({len(parts)} parts: {_serials(parts)})",
@@ -167,9 +171,9 @@ def _episodes(series: SegmentedSeries, causes: Sequence[Explanation], options: C
     A residual of a step fades as memory learns it: only parts up to the first alarm tell of its cause. The moving range
     begins none: it signals once in 110 parts by chance, and what it sees single values show too.
     """
-    for one in series.segments:
-        start = one.first
-        own = [alarm for alarm in series.alarms if one.first <= alarm.index < one.stop]
+    for segment in series.segments:
+        start = segment.first
+        own = [alarm for alarm in series.alarms if segment.first <= alarm.index < segment.stop]
         runs: list[tuple[int, int]] = []
         for k in sorted({alarm.index for alarm in own if alarm.chart != MOVING_RANGE}):
             if runs and k == runs[-1][1] + 1:
@@ -190,7 +194,7 @@ def _capability(tracked: TrackedSeries, values: Array, series: SegmentedSeries) 
     if asked.lower_limit is None and asked.upper_limit is None:
         return None
     limits = [None if one is None else one - asked.nominal for one in (asked.lower_limit, asked.upper_limit)]
-    base = next(one.base for one in series.segments if one.base is not None)
+    base = next(segment.base for segment in series.segments if segment.base is not None)
     return capability(values, limits[0], limits[1], base=base)
 
 
@@ -208,7 +212,7 @@ def _remarks(
     *,
     alarming: bool,
 ) -> Iterator[str]:
-    count = next(one.base.count for one in series.segments if one.base is not None)
+    count = next(segment.base.count for segment in series.segments if segment.base is not None)
     unsure = 100.0 / np.sqrt(2.0 * SHARE_OF_FREEDOM * (count - 1))
     if count < 2 * FEWEST + 4:
         yield wording(
@@ -228,7 +232,7 @@ def _remarks(
             "correcting too much",
             r=like.lag_1,
         )  # fmt: skip
-    left = sum(one.base is None for one in series.segments)
+    left = sum(segment.base is None for segment in series.segments)
     if left:
         yield wording("{n} segments are too short for a centre and have no chart", n=left)
     asked = tracked.series.characteristic

@@ -59,7 +59,7 @@ class GaugeSeries:
     def alarms(self) -> tuple[Alarm, ...]:
         """Returns the alarms of the charts; the moving range's alone are none."""
         found = () if self.charted is None else self.charted.alarms
-        return tuple(one for one in found if one.chart != "moving range")
+        return tuple(alarm for alarm in found if alarm.chart != "moving range")
 
     def failing(self, k: int) -> str:
         """Returns in words why check k fails; empty: it does not."""
@@ -92,7 +92,7 @@ def gauges(
 
     Raises MON-NONE where no inspection is of a standard part and by that device.
     """
-    known = {one.part.identity for one in standards}
+    known = {standard.part.identity for standard in standards}
     of_standards = [one for one in inspections if one.part.identity in known]
     found: dict[tuple[str, str, str], list[Check]] = {}
     for inspection in sorted(of_standards, key=_time):
@@ -100,7 +100,7 @@ def gauges(
             if device is None or inspection.device == device:
                 found.setdefault((inspection.device, inspection.part.serial, name), []).append(check)
     if not found:
-        devices = sorted({repr(one.device) for one in of_standards})
+        devices = sorted({repr(standard.device) for standard in of_standards})
         raise Code.MON_NONE.refusal(
             f"the store holds {len(standards)} standard parts and {len(of_standards)} inspections of them, "
             f"0 by {'any device' if device is None else repr(device)} on a calibrated characteristic",
@@ -118,19 +118,19 @@ def _time(inspection: Inspection) -> float:
 
 
 def _checks(standards: Sequence[StandardPart], inspection: Inspection) -> Iterator[tuple[str, Check]]:
-    calibrated = {one.characteristic: one for one in _in_force(standards, inspection).values}
+    calibrated = {reading.characteristic: reading for reading in _in_force(standards, inspection).values}
     for name, by in calibrated.items():
-        own = [one for one in inspection.readings if one.characteristic == name]
+        own = [reading for reading in inspection.readings if reading.characteristic == name]
         if own and by.standard_u is not None:
             yield name, _check(inspection, own, by, by.standard_u)
 
 
 def _check(inspection: Inspection, own: Sequence[Reading], by: Reading, calibration_u_mm: float) -> Check:
-    stated = [one.standard_u for one in own if one.standard_u is not None]
-    warm = [one.temperature_c for one in own if one.temperature_c is not None]
+    stated = [reading.standard_u for reading in own if reading.standard_u is not None]
+    warm = [reading.temperature_c for reading in own if reading.temperature_c is not None]
     return Check(
         inspection.measured_at,
-        tuple(one.actual - by.actual for one in own),
+        tuple(reading.actual - by.actual for reading in own),
         max(stated, default=None),
         calibration_u_mm,
         float(np.mean(warm)) if warm else None,
@@ -139,14 +139,14 @@ def _check(inspection: Inspection, own: Sequence[Reading], by: Reading, calibrat
 
 def _in_force(standards: Sequence[StandardPart], inspection: Inspection) -> StandardPart:
     """Returns the latest calibration before the inspection; where none was before, the first."""
-    own = [one for one in standards if one.part.identity == inspection.part.identity]
-    before = [one for one in own if one.at is not None and one.at.timestamp() <= _time(inspection)]
-    return max(before, key=lambda one: one.at.timestamp() if one.at else 0.0) if before else own[0]
+    own = [standard for standard in standards if standard.part.identity == inspection.part.identity]
+    before = [part for part in own if part.at is not None and part.at.timestamp() <= _time(inspection)]
+    return max(before, key=lambda part: part.at.timestamp() if part.at else 0.0) if before else own[0]
 
 
 def _series(device: str, standard: str, name: str, checks: Sequence[Check]) -> GaugeSeries:
-    repeats = [np.array(one.deviations_mm) for one in checks]
-    found = drift(repeats, _days(checks), max(one.calibration_u_mm for one in checks))
+    repeats = [np.array(check.deviations_mm) for check in checks]
+    found = drift(repeats, _days(checks), max(check.calibration_u_mm for check in checks))
     return GaugeSeries(
         device=device,
         standard=standard,
@@ -159,7 +159,7 @@ def _series(device: str, standard: str, name: str, checks: Sequence[Check]) -> G
 
 def _days(checks: Sequence[Check]) -> Array | None:
     """Returns the days since the first check; None where a time is not stated."""
-    times = [one.at for one in checks]
+    times = [check.at for check in checks]
     if any(at is None for at in times):
         return None
     seconds = np.array([(at if at.tzinfo else at.replace(tzinfo=UTC)).timestamp() for at in times if at is not None])
@@ -168,7 +168,7 @@ def _days(checks: Sequence[Check]) -> Array | None:
 
 
 def _charted(checks: Sequence[Check]) -> SegmentedSeries | None:
-    values = np.array([one.deviation_mm for one in checks])
+    values = np.array([check.deviation_mm for check in checks])
     try:
         return charted(values, np.arange(len(values)) < BASELINE, (), RULES[:1])
     except TrueloopError as refused:

@@ -67,7 +67,7 @@ def known(
 
 def _settings(made: Sequence[MadePart], facts: Sequence[PartFacts]) -> Iterator[Explanation]:
     """Yields shapes that last until the next setting."""
-    at = [k for k, one in enumerate(made) if one.set_before or facts[k].events]
+    at = [k for k, made_part in enumerate(made) if made_part.set_before or facts[k].events]
     for k, end in pairwise([*at, len(made)]):
         yield Explanation(wording("tool set"), _set_words(facts[k]), _between(len(made), k, end))
 
@@ -87,7 +87,7 @@ def _corrections(made: Sequence[MadePart], facts: Sequence[PartFacts]) -> Iterat
         change, serial = Um(made[k - 1].correction_mm - made[k].correction_mm, "+.1f"), made[k].serial
         words = wording("the size was changed by {change} before part {serial}", change=change, serial=serial)
         if facts[k].proposals:
-            ids = ", ".join(one[:SHORT] for one in facts[k].proposals)
+            ids = ", ".join(proposal[:SHORT] for proposal in facts[k].proposals)
             words = wording("{what}: proposal {ids} was accepted", what=words, ids=ids)
         yield Explanation(wording("proposal accepted"), words, _between(len(made), k, end))
 
@@ -96,7 +96,7 @@ def _in_force(facts: Sequence[PartFacts], in_baseline: Flags, sigma_mm: float | 
     """Yields what the corrections that parts were cut with made their sizes, all together: in the words and the size of
     the largest change.
     """
-    size_mm = np.array([-one.taken_off_mm for one in facts])
+    size_mm = np.array([-fact.taken_off_mm for fact in facts])
     change = np.diff(size_mm)
     if not len(change) or not change.any():
         return
@@ -112,7 +112,7 @@ def _in_force(facts: Sequence[PartFacts], in_baseline: Flags, sigma_mm: float | 
 
 def _programs(facts: Sequence[PartFacts]) -> Iterator[Explanation]:
     """Yields runs of parts cut by another program than the part before it."""
-    ran = ["" if one.cut is None else one.cut.program_sha256 for one in facts]
+    ran = ["" if fact.cut is None else fact.cut.program_sha256 for fact in facts]
     at = [k for k in range(1, len(ran)) if ran[k] and ran[k - 1] and ran[k] != ran[k - 1]]
     for k, end in pairwise([*at, len(ran)]):
         words = wording(
@@ -124,8 +124,8 @@ def _programs(facts: Sequence[PartFacts]) -> Iterator[Explanation]:
 
 def _not_run(facts: Sequence[PartFacts]) -> Iterator[Explanation]:
     """Parts cut as programmed after others that were cut with a correction."""
-    with_one = [one.cut is not None and bool(one.cut.correction) for one in facts]
-    without = np.array([one.cut is not None and not one.cut.correction for one in facts])
+    with_one = [fact.cut is not None and bool(fact.cut.correction) for fact in facts]
+    without = np.array([fact.cut is not None and not fact.cut.correction for fact in facts])
     where = without & (np.cumsum(with_one) > 0)
     if where.any():
         words = wording("no correction ran on {parts}", parts=_parts(facts, where))
@@ -133,9 +133,11 @@ def _not_run(facts: Sequence[PartFacts]) -> Iterator[Explanation]:
 
 
 def _wear(made: Sequence[MadePart], facts: Sequence[PartFacts], in_baseline: Flags) -> Iterator[Explanation]:
-    minutes = [one.minutes for one in facts]
-    timed = all(one is not None for one in minutes)
-    set_at = np.maximum.accumulate([k if one.set_before or facts[k].events else 0 for k, one in enumerate(made)])
+    minutes = [fact.minutes for fact in facts]
+    timed = all(minute is not None for minute in minutes)
+    set_at = np.maximum.accumulate(
+        [k if made_part.set_before or facts[k].events else 0 for k, made_part in enumerate(made)]
+    )
     age = np.array(minutes, dtype=float) if timed else np.arange(len(made)) - set_at
     if timed:
         words = wording("the edge wears: it had cut {minutes:.0f} min at the last part", minutes=float(age[-1]))
@@ -147,9 +149,9 @@ def _wear(made: Sequence[MadePart], facts: Sequence[PartFacts], in_baseline: Fla
 
 def _temperatures(facts: Sequence[PartFacts], in_baseline: Flags) -> Iterator[Explanation]:
     """Yields the temperatures of sensors that every part has, where a part is outside the baseline's range."""
-    shared = set(facts[0].temperatures).intersection(*(one.temperatures for one in facts)) if facts else set()
+    shared = set(facts[0].temperatures).intersection(*(fact.temperatures for fact in facts)) if facts else set()
     for name in sorted(shared):
-        of_all = np.array([one.temperatures[name] for one in facts])
+        of_all = np.array([fact.temperatures[name] for fact in facts])
         low, high = of_all[in_baseline].min(), of_all[in_baseline].max()
         beyond = np.maximum(of_all - high, low - of_all)
         if beyond.max() > WARMER_K:
@@ -163,8 +165,8 @@ def _temperatures(facts: Sequence[PartFacts], in_baseline: Flags) -> Iterator[Ex
 
 def _devices(facts: Sequence[PartFacts], in_baseline: Flags) -> Iterator[Explanation]:
     usual = {one.device for one, base in zip(facts, in_baseline, strict=True) if base}
-    for device in sorted({one.device for one in facts} - usual):
-        where = np.array([one.device == device for one in facts])
+    for device in sorted({fact.device for fact in facts} - usual):
+        where = np.array([fact.device == device for fact in facts])
         words = wording("{device} measured {parts}", device=device or "?", parts=_parts(facts, where))
         yield Explanation(wording("another device"), words, where.astype(float))
 
@@ -198,4 +200,4 @@ def _parts(facts: Sequence[PartFacts], where: Flags) -> Wording:
 
 def only(explanations: Iterable[Explanation], span: slice) -> tuple[Explanation, ...]:
     """Returns their shapes over a part of the series."""
-    return tuple(replace(one, shape=one.shape[span]) for one in explanations)
+    return tuple(replace(explanation, shape=explanation.shape[span]) for explanation in explanations)

@@ -80,7 +80,7 @@ def _inches(value: float, against: float, near: float) -> float | None:
     if against == 0.0:
         return None
     ratios = (MM_PER_INCH, 1.0 / MM_PER_INCH)
-    return next((one for one in ratios if abs(value / against / one - 1.0) <= near), None)
+    return next((ratio for ratio in ratios if abs(value / against / ratio - 1.0) <= near), None)
 
 
 def known_findings(known: Mapping[str, Characteristic], inspection: Inspection) -> Iterator[Finding]:
@@ -176,10 +176,10 @@ def decide(
 
     Raises SER-DECIDED; of an acceptance SER-LARGE, SER-OLD, SER-SUPERSEDED and SER-ALARM that `override` does not name.
     """
-    for one in earlier:
-        if one.proposal == proposal.id:
+    for decision in earlier:
+        if decision.proposal == proposal.id:
             raise Code.SER_DECIDED.refusal(
-                f"proposal {proposal.id} was {one.verdict} by {one.who} on {one.at:%Y-%m-%d %H:%M}",
+                f"proposal {proposal.id} was {decision.verdict} by {decision.who} on {decision.at:%Y-%m-%d %H:%M}",
                 hint="`trueloop series propose` makes another one when a further part is in",
                 values={"proposal": proposal.id},
             )

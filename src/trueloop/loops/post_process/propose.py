@@ -183,7 +183,7 @@ def _id(
     *more: object,
 ) -> str:
     """Returns twelve hex digits of its inputs: the same parts give the same id on any day."""
-    sizes = [[one.series, one.parts, round(one.size_change_mm, 7)] for one in effects]
+    sizes = [[effect.series, effect.parts, round(effect.size_change_mm, 7)] for effect in effects]
     tool = None if offset is None else [offset.tool, round(offset.x_radius_mm, 7), round(offset.z_mm, 7)]
     text = json.dumps([changes, part_type.identity, sizes, last, tool, *more])
     return hashlib.sha256(text.encode()).hexdigest()[:12]
@@ -281,7 +281,7 @@ def tool_proposals(
             hint="correct the contour: `trueloop compensate` with the sizes in `gauging.readings` of the job",
         )
     found = [_of_one(job, call, of_it, options, made) for (_, call), (job, of_it) in by_tool.items()]
-    return tuple(one for one in found if one is not None)
+    return tuple(proposal for proposal in found if proposal is not None)
 
 
 def _by_tool(series: Sequence[TrackedSeries], job: JobTool) -> dict[CalledOffset, list[tuple[TrackedSeries, Array]]]:

@@ -66,7 +66,7 @@ CLASSES: Final[Mapping[Parameter, ProposalClass]] = {
 
 def may_change(stage: Stage) -> frozenset[ProposalClass]:
     """Returns the changes that a stage may make in the post-process loop: nothing at all in stages 2 and 3."""
-    return frozenset(CLASSES[one] for one in ADJUSTS[stage] - NOT_AFTER_THE_PROCESS)
+    return frozenset(CLASSES[parameter] for parameter in ADJUSTS[stage] - NOT_AFTER_THE_PROCESS)
 
 
 def stage_of(changes: ProposalClass) -> Stage:
@@ -97,7 +97,7 @@ def parts_in_order(parts: Sequence[When]) -> tuple[tuple[int, ...], tuple[Findin
     """
     order = tuple(sorted(range(len(parts)), key=lambda k: (_key(parts, k), parts[k].kept)))
     sorted_parts = [parts[k] for k in order]
-    findings = [_doubt(f"part {one.serial!r} is marked as cut in another order") for one in parts if one.in_doubt]
+    findings = [_doubt(f"part {part.serial!r} is marked as cut in another order") for part in parts if part.in_doubt]
     return order, (*findings, *_clock_back(parts), *_against_serials(sorted_parts))
 
 
@@ -220,7 +220,7 @@ def identity_of(part_type: PartType, characteristic: Characteristic) -> Identity
         *part_type.identity,
         characteristic.name,
         characteristic.quantity.value,
-        *("" if one is None else f"{one:.7f}" for one in sizes),
+        *("" if siz is None else f"{siz:.7f}" for siz in sizes),
     )
 
 

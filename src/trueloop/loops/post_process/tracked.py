@@ -74,8 +74,8 @@ class TrackedSeries:
     def open_alarm(self) -> TrackedPart | None:
         """Returns a part among the last two that was alarming, since which memory was not begun anew."""
         recent = self.parts[-2:]
-        since = max((k for k, one in enumerate(recent) if one.made.set_before), default=0)
-        return next((one for one in reversed(recent[since:]) if one.alarm), None)
+        since = max((k for k, part in enumerate(recent) if part.made.set_before), default=0)
+        return next((part for part in reversed(recent[since:]) if part.alarm), None)
 
     @property
     def next_mm(self) -> float:
@@ -114,16 +114,16 @@ def tracked(
 
     `factors` and `in_force_mm` by series; one that is not named has the factor 1, and what its last part was cut with.
     """
-    done = steps([one.reading for one in series.made], prior)
+    done = steps([made_part.reading for made_part in series.made], prior)
     parts = tuple(_parts(series.made, done))
     now_mm = (in_force_mm or {}).get(series.identity, series.made[-1].correction_mm)
     return TrackedSeries(series, parts, now_mm, (factors or {}).get(series.identity, 1.0))
 
 
 def _parts(made: Sequence[MadePart], done: Sequence[Step]) -> Iterator[TrackedPart]:
-    for k, (one, step) in enumerate(zip(made, done, strict=True)):
-        expected, u = _expected(one, step)
-        yield TrackedPart(one, expected, u, step, k > 0 and not one.set_before and alarming(step, k))
+    for k, (made_part, step) in enumerate(zip(made, done, strict=True)):
+        expected, u = _expected(made_part, step)
+        yield TrackedPart(made_part, expected, u, step, k > 0 and not made_part.set_before and alarming(step, k))
 
 
 def _expected(made: MadePart, step: Step) -> tuple[float | None, float | None]:
@@ -134,7 +134,7 @@ def _expected(made: MadePart, step: Step) -> tuple[float | None, float | None]:
 
 def capability(series: Series) -> Capability | None:
     """Returns the capability of parts since the tool was last set; None below 20 parts, or without a limit."""
-    errors, asked = [one.error_mm for one in _since_set(series.made)], series.characteristic
+    errors, asked = [made_part.error_mm for made_part in _since_set(series.made)], series.characteristic
     lower, upper = (
         None if limit is None else limit - asked.nominal for limit in (asked.lower_limit, asked.upper_limit)
     )
@@ -146,7 +146,7 @@ def capability(series: Series) -> Capability | None:
 
 
 def _since_set(made: Sequence[MadePart]) -> Sequence[MadePart]:
-    start = max((k for k, one in enumerate(made) if one.set_before), default=0)
+    start = max((k for k, made_part in enumerate(made) if made_part.set_before), default=0)
     return made[start:]
 
 
@@ -201,16 +201,16 @@ class Replay:
     def left_mm(self, rule: str) -> tuple[float, ...]:
         """Returns the errors that a rule would have left of every part."""
         if rule == "memory":
-            return tuple(one.left_mm for one in self.parts)
+            return tuple(part.left_mm for part in self.parts)
         if rule == "measured":
-            return tuple(one.measured_mm for one in self.parts)
+            return tuple(part.measured_mm for part in self.parts)
         return self.rivals_mm[rule]
 
     @property
     def inside(self) -> tuple[int, int]:
         """Returns the number of parts from the second on that are inside their bands, and of how many."""
         later = self.parts[1:]
-        return sum(one.inside for one in later), len(later)
+        return sum(series.inside for series in later), len(later)
 
 
 RULES: Final[Mapping[str, Callable[[Array], float]]] = {
@@ -225,13 +225,15 @@ def replay(series: Series, prior: LevelPrior = TURNING) -> Replay:
     proposed_mm = [0.0]
 
     def readings() -> Iterator[PartReading]:
-        for one in series.made:
+        for made_part in series.made:
             c_mm = proposed_mm[-1]
-            yield PartReading(one.uncorrected_mm - c_mm, c_mm, set_before=one.set_before, counts=one.counts)
+            yield PartReading(
+                made_part.uncorrected_mm - c_mm, c_mm, set_before=made_part.set_before, counts=made_part.counts
+            )
 
     parts: list[ReplayedSeries] = []
-    for one, step in zip(series.made, steps_as_they_come(readings(), prior), strict=True):
-        parts.append(replayed(one, proposed_mm[-1], step, len(parts)))
+    for made_part, step in zip(series.made, steps_as_they_come(readings(), prior), strict=True):
+        parts.append(replayed(made_part, proposed_mm[-1], step, len(parts)))
         proposed_mm.append(step.correction_mm)
     return Replay(series, tuple(parts), rivals(series.made))
 
@@ -258,7 +260,7 @@ def replayed(part: MadePart, correction_mm: float, step: Step, before: int) -> R
 
 def rivals(made: Sequence[MadePart]) -> Mapping[str, tuple[float, ...]]:
     """Returns the errors that simpler rules would have left; without a part before, all of the error."""
-    errors = np.array([one.uncorrected_mm for one in made])
+    errors = np.array([made_part.uncorrected_mm for made_part in made])
     return {
         name: tuple(
             float(error) if k == 0 else float(error) - rule(errors[:k]) for k, error in enumerate(errors.tolist())

@@ -159,11 +159,11 @@ def _ends(driven: Driven, pieces: Sequence[CentrePiece]) -> list[CutEnds]:
     if not driven.contour.match.on_contour:
         return [ends_of(cuts, k, pieces) for k in range(len(cuts))]
     bare = [replace(piece.shifted, nose_radius_mm=0.0) for piece in pieces]
-    contour = centre_pieces(driven.contour.match.profile, [one.undisplaced for one in bare])
+    contour = centre_pieces(driven.contour.match.profile, [feature.undisplaced for feature in bare])
     found = []
     for k, cut in enumerate(cuts):
         ends, piece = ends_of(cuts, k, contour), pieces[cut.feature]
-        met = [one not in (None, cut.feature) for one in neighbours(cuts, k)]
+        met = [neighbour not in (None, cut.feature) for neighbour in neighbours(cuts, k)]
         start, end = (
             float(np.clip(s, piece.start_mm, piece.end_mm)) if meets else s
             for s, meets in zip((ends.start_mm, ends.end_mm), met, strict=True)

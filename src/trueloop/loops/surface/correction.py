@@ -115,7 +115,7 @@ class SurfaceInputs:
     def measured_at(self) -> datetime | None:
         """Returns the time at which today's parts were measured, where that is known: the first of them."""
         today = self.inspections[self.earlier :]
-        return min((one.measured_at for one in today if one.measured_at is not None), default=None)
+        return min((inspection.measured_at for inspection in today if inspection.measured_at is not None), default=None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -70,12 +70,12 @@ def without_outliers(parts: Sequence[Part], options: SurfaceOptions) -> tuple[Su
     while len(found) < most and len(kept) > LEAST_LEFT:
         pattern = _pattern(kept)
         stack = on_square(pattern.models)
-        odd = [one for one in outliers(stack, pattern.names, 1 - BEYOND_DOUBT) if one.times > FAR]
+        odd = [outlier for outlier in outliers(stack, pattern.names, 1 - BEYOND_DOUBT) if outlier.times > FAR]
         if not odd:
             break
-        found.append(max(odd, key=lambda one: one.times))
+        found.append(max(odd, key=lambda outlier: outlier.times))
         kept = [part for part in kept if part.deviations.name != found[-1].name]
-    named = tuple(one.name for one in found)
+    named = tuple(outlier.name for outlier in found)
     return replace(options, exclude=(*options.exclude, *named)), tuple(map(_left_out, found))
 
 

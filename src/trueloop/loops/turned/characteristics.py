@@ -193,8 +193,12 @@ def lengths(
     face = None if len(setups) == 1 else _face(profile, vectors, setups)
     if face is None and len(setups) > 1:
         return ()
-    between = [one for one in characteristics if one.quantity is Quantity.LENGTH and one.other]
-    found = (_judged(profile, one, vectors, setups, face) for one in between)
+    between = [
+        characteristic
+        for characteristic in characteristics
+        if characteristic.quantity is Quantity.LENGTH and characteristic.other
+    ]
+    found = (_judged(profile, characteristic, vectors, setups, face) for characteristic in between)
     judged = [one for one in found if one is not None]
     if finished:
         judged = [replace(one, before=_as_measured(profile, one.characteristic, vectors)) for one in judged]
@@ -223,10 +227,10 @@ def _read(characteristic: Characteristic, sizes: Measurand, vectors: ErrorVector
     quantity, features = characteristic.quantity, {*sizes.feature_index.tolist()}
     unit, places = ("rad" if quantity is Quantity.ANGLE else "mm"), (1 if quantity is Quantity.LENGTH else 2)
     own = [
-        one
-        for one in vectors.seen
-        if one.standard_u_mm > 0.0 and one.unit == unit and len(one.weight) >= places
-        if {*one.feature_index.tolist()} == features
+        observation
+        for observation in vectors.seen
+        if observation.standard_u_mm > 0.0 and observation.unit == unit and len(observation.weight) >= places
+        if {*observation.feature_index.tolist()} == features
     ]
     if not own or quantity not in (Quantity.LENGTH, Quantity.ANGLE, Quantity.RADIUS):
         return None
@@ -260,7 +264,7 @@ def _face(profile: Profile, vectors: ErrorVectors, setups: Sequence[Sequence[Sha
 
 def _cut_by(profile: Profile, feature: int, setups: Sequence[Sequence[Share]]) -> tuple[int, Share] | None:
     """Returns the set-up, by its place, and the edge that cuts a feature; None: none, or it was not measured."""
-    found = ((k, one) for k, shares in enumerate(setups) for one in shares if one.cuts(profile, feature))
+    found = ((k, share) for k, shares in enumerate(setups) for share in shares if share.cuts(profile, feature))
     return next(found, None)
 
 

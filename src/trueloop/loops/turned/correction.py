@@ -220,7 +220,7 @@ class Inputs:
     @property
     def measured_at(self) -> datetime | None:
         """Returns the time of the oldest of the touches and readings, where that is known of all."""
-        times = [one.measured_at for one in self.inspections]
+        times = [inspection.measured_at for inspection in self.inspections]
         known = [time for time in times if time is not None]
         return min(known) if known and len(known) == len(times) else None
 

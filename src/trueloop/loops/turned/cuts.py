@@ -92,7 +92,9 @@ def _tool_of(program: Program, path: ToolPath, match: FeatureMatch | TrueloopErr
 
 
 def _uncalled(edge: CuttingEdge, offsets: Sequence[CalledOffset]) -> TrueloopError:
-    there = f"those of its cuts are {', '.join(one.words for one in offsets)}" if offsets else "it calls none at all"
+    there = (
+        f"those of its cuts are {', '.join(offset.words for offset in offsets)}" if offsets else "it calls none at all"
+    )
     return Code.NC_NO_TOOL.refusal(
         f"the job has a tool {edge.called.words}, which the program does not cut with: {there}",
         hint="`number` of [[tools]] is that of the tool's offset: 12 of T0312, H12; on a Sinumerik T, `table_edge` D",
@@ -195,10 +197,10 @@ def in_setups(profile: Profile, setups: Sequence[Setup], decided: Mapping[str, s
         _of_setup(setup, placed, cutters, tuple(name for name in profile.names if cut_in[name] == [setup.frame.name]))
         for setup, placed, cutters in found
     )
-    for one in of_setups:
-        name = one.setup.frame.name
+    for of_setup in of_setups:
+        name = of_setup.setup.frame.name
         if not any(name in where for where in cut_in.values()):
-            raise _cuts_nothing(one.setup, f"all that set-up '{name}' cuts is decided to be another's")
+            raise _cuts_nothing(of_setup.setup, f"all that set-up '{name}' cuts is decided to be another's")
     return InSetups(
         of_setups,
         tuple(name for name, where in cut_in.items() if not where),

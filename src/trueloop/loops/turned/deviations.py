@@ -221,7 +221,7 @@ def depth_words(match: ContourMatch, before: ContourMatch, roughed: Sequence[Fee
         if (finish_mm := _apart_mm(finish, own)) >= _LEAST_MM
         if (semifinish_mm := _depth_mm(own, roughed)) is not None
     ]
-    unlike = [one for one in depths if abs(one[1] - one[2]) > SAME_DEPTH * max(one[1:])]
+    unlike = [depth for depth in depths if abs(depth[1] - depth[2]) > SAME_DEPTH * max(depth[1:])]
     if unlike:
         name, was, now = max(unlike, key=lambda one: abs(np.log(one[1] / one[2])))
         yield wording(

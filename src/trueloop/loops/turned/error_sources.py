@@ -150,7 +150,7 @@ def _fitted(model: ProfileErrorModel) -> ErrorVectors:
     """Returns the touches and readings that the fit uses; the reference touch always, as z counts from it."""
     used = (model.weight > 0.0) | model.vectors.at_reference
     left_out = {point for point, kept in zip(model.vectors.point, used.tolist(), strict=True) if not kept}
-    seen = tuple(one for one in model.vectors.seen if one.name not in left_out)
+    seen = tuple(observation for observation in model.vectors.seen if observation.name not in left_out)
     return replace(model.vectors.chosen(np.flatnonzero(used)), seen=seen)
 
 
@@ -185,7 +185,7 @@ def _of_feature(
     shares = [_share(state, places, (mean, functional[len(at) :]), source) for source in TERMS]
     normal = np.array([model.profile.features[index].outward_normal(float(s)) for s in at])
     differs = float(part.between.covariance_mm2(normal, np.full((1, len(at)), 1.0 / len(at)), np.eye(len(at)))[0, 0])
-    shares = [_wider(one, differs) if one.source is Source.NEXT_CUT else one for one in shares]
+    shares = [_wider(share, differs) if share.source is Source.NEXT_CUT else share for share in shares]
     whole = state.predict(places, mean[None, :], repeatability=False)
     together, variance = float(whole.mean_mm[0]), float(whole.covariance_mm2[0, 0]) + differs
     if machine is not None and len(rows):

@@ -120,7 +120,7 @@ def recorded_series(correction: Correction) -> SeriesState | None:
 
 def finished_parts(parts: Sequence[ErrorVectors], profile: Profile) -> dict[str, object]:
     """Returns finished parts as a record's `model` holds them, lengths in mm, in the order in which they were cut."""
-    return {KEY: [_as_dict(one, profile) for one in parts]} if parts else {}
+    return {KEY: [_as_dict(part, profile) for part in parts]} if parts else {}
 
 
 @dataclass(frozen=True)
@@ -141,9 +141,9 @@ class _Moved:
         zero = None
         for k in np.flatnonzero(vectors.at_reference):
             zero = int(vectors.feature_index[k]), float(vectors.arc_length_mm[k])
-        for one in vectors.seen:
-            if one.standard_u_mm == 0.0 and len(one.weight) == 1:
-                zero = int(one.feature_index[0]), float(one.arc_length_mm[0])
+        for observation in vectors.seen:
+            if observation.standard_u_mm == 0.0 and len(observation.weight) == 1:
+                zero = int(observation.feature_index[0]), float(observation.arc_length_mm[0])
         return cls(inputs.profile, inputs.in_force.cut_with.offset_mm, matched.in_force, zero)
 
     def at(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Array:
@@ -159,7 +159,10 @@ class _Moved:
         return replace(
             vectors,
             error_mm=vectors.error_mm - self.at(vectors.feature_index, vectors.arc_length_mm),
-            seen=tuple(one.less(self.at(one.feature_index, one.arc_length_mm)) for one in vectors.seen),
+            seen=tuple(
+                observation.less(self.at(observation.feature_index, observation.arc_length_mm))
+                for observation in vectors.seen
+            ),
         )
 
     def _along(self, feature_index: NDArray[np.intp], arc_length_mm: Array) -> tuple[Array, Array]:
@@ -171,7 +174,10 @@ class _Moved:
 
 def _measured(profile: Profile, part: ErrorVectors) -> list[int]:
     """Returns the features of chains of which something was measured: others are estimated from these."""
-    measured = {*part.feature_index.tolist(), *(i for one in part.seen for i in one.feature_index.tolist())}
+    measured = {
+        *part.feature_index.tolist(),
+        *(i for observation in part.seen for i in observation.feature_index.tolist()),
+    }
     return [i for chain in chains_of(profile) if measured.intersection(chain.features) for i in chain.features]
 
 
@@ -256,7 +262,7 @@ def _used(model: ProfileErrorModel) -> ErrorVectors:
         error_mm=np.array([float(np.mean(vectors.error_mm[rows])) for rows in groups]),
         nominal_mm=np.array([feature.point_mm(s) for feature, s in places]).reshape(-1, 2),
         outward_normal=np.array([feature.outward_normal(s) for feature, s in places]).reshape(-1, 2),
-        seen=tuple(one for one in vectors.seen if one.name not in left_out),
+        seen=tuple(observation for observation in vectors.seen if observation.name not in left_out),
     )
     own_mm = np.array([float(np.sqrt(np.sum(own_u_mm[rows] ** 2))) / len(rows) for rows in groups])
     at_zero_mm = float(np.max(vectors.standard_u_mm[vectors.at_reference][:1], initial=0.0))
@@ -289,14 +295,14 @@ def _as_dict(part: ErrorVectors, profile: Profile) -> dict[str, object]:
         "reference": [point for point, at in zip(part.point, part.at_reference, strict=True) if at],
         "readings": [
             {
-                "name": one.name,
-                "features": [names[i] for i in one.feature_index],
-                "along_mm": one.arc_length_mm.tolist(),
-                "weight": one.weight.tolist(),
-                "value_mm": one.value_mm,
-                "standard_u_mm": one.standard_u_mm,
+                "name": observation.name,
+                "features": [names[i] for i in observation.feature_index],
+                "along_mm": observation.arc_length_mm.tolist(),
+                "weight": observation.weight.tolist(),
+                "value_mm": observation.value_mm,
+                "standard_u_mm": observation.standard_u_mm,
             }
-            for one in part.seen
+            for observation in part.seen
         ],
     }
 
@@ -305,31 +311,33 @@ def _part(kept: Mapping[str, Any], profile: Profile) -> ErrorVectors | None:
     """Returns one part as a record holds it; None where it has a feature that the profile does not have."""
     index = {name: k for k, name in enumerate(profile.names)}
     points, readings = kept["points"], kept["readings"]
-    names = {one["feature"] for one in points}.union(*(one["features"] for one in readings))
+    names = {point["feature"] for point in points}.union(*(reading["features"] for reading in readings))
     if not names <= index.keys():
         return None
-    at = np.array([index[one["feature"]] for one in points], dtype=np.intp)
-    s, error_mm, u_mm = (_numbers([one[key] for one in points]) for key in ("along_mm", "error_mm", "standard_u_mm"))
+    at = np.array([index[point["feature"]] for point in points], dtype=np.intp)
+    s, error_mm, u_mm = (
+        _numbers([point[key] for point in points]) for key in ("along_mm", "error_mm", "standard_u_mm")
+    )
     places = [(profile.features[i], float(x)) for i, x in zip(at, s, strict=True)]
     return ErrorVectors(
-        point=tuple(one["point"] for one in points),
+        point=tuple(point["point"] for point in points),
         feature_index=at,
         arc_length_mm=s,
         error_mm=error_mm,
         standard_u_mm=u_mm,
-        at_reference=np.array([one["point"] in kept["reference"] for one in points], dtype=np.bool_),
+        at_reference=np.array([point["point"] in kept["reference"] for point in points], dtype=np.bool_),
         nominal_mm=np.array([feature.point_mm(x) for feature, x in places]).reshape(-1, 2),
         outward_normal=np.array([feature.outward_normal(x) for feature, x in places]).reshape(-1, 2),
-        gauged=tuple(one["point"] for one in points if one["gauge"]),
+        gauged=tuple(point["point"] for point in points if point["gauge"]),
         seen=tuple(
             Seen(
-                one["name"],
-                np.array([index[name] for name in one["features"]], dtype=np.intp),
-                _numbers(one["along_mm"]),
-                _numbers(one["weight"]),
-                *_numbers([one["value_mm"], one["standard_u_mm"]]).tolist(),
+                reading["name"],
+                np.array([index[name] for name in reading["features"]], dtype=np.intp),
+                _numbers(reading["along_mm"]),
+                _numbers(reading["weight"]),
+                *_numbers([reading["value_mm"], reading["standard_u_mm"]]).tolist(),
             )
-            for one in readings
+            for reading in readings
         ),
     )
 

@@ -118,7 +118,7 @@ def remembering(inputs: Inputs, own: ProfileErrorModel) -> "tuple[Remembered | N
 
 def today_of(inputs: Inputs, touches: CutErrors) -> MadePart:
     """Returns the part in hand, before its finish cut, with these touches."""
-    serials = [one.part.serial for one in inputs.inspections if one.part.serial]
+    serials = [inspection.part.serial for inspection in inputs.inspections if inspection.part.serial]
     setting = None if inputs.edge is None else Setting(inputs.edge, inputs.edge_set_at)
     return MadePart(
         part_type=name_of(inputs.part),
@@ -162,7 +162,7 @@ def _judged(history: Sequence[MadePart], today: MadePart) -> tuple[PartChanges |
     if not any(part.uncorrected_mm is not None or len(part.semifinish.error_mm) for part in history):
         return None, ()
     seen = notice_part(history, today).get(Stage.SEMIFINISH)
-    return seen, () if seen is None else tuple(one.index for one in seen.left_out)
+    return seen, () if seen is None else tuple(left_out.index for left_out in seen.left_out)
 
 
 def _without(touches: CutErrors, left_out: Sequence[int]) -> CutErrors:

@@ -132,11 +132,13 @@ class OfHistory:
         state = known.state
         for cut in observed(part, known.age):
             state = state.given(cut).state
-        for one in (seen for seen in vectors.seen if seen.name not in taken):
-            at = places_at(profile, one.feature_index, one.arc_length_mm, vectors.chosen([]))
+        for observation in (seen for seen in vectors.seen if seen.name not in taken):
+            at = places_at(profile, observation.feature_index, observation.arc_length_mm, vectors.chosen([]))
             places, _ = places_of(part, known.age, at, False)
-            u_mm = np.array([one.standard_u_mm or BY_DEFINITION_MM])
-            state = state.given(Observed(places, np.array([one.value_mm]), u_mm, one.weight[None, :])).state
+            u_mm = np.array([observation.standard_u_mm or BY_DEFINITION_MM])
+            state = state.given(
+                Observed(places, np.array([observation.value_mm]), u_mm, observation.weight[None, :])
+            ).state
         return cls(profile, vectors, part, known.age, state)
 
     def errors(self, index: NDArray[np.intp], along: Array) -> Errors:
@@ -213,13 +215,13 @@ class Plan:
     @property
     def minutes(self) -> float:
         """Returns how long the measurements take together."""
-        return math.fsum(one.minutes for one in self.chosen)
+        return math.fsum(measurement.minutes for measurement in self.chosen)
 
 
 def next_measurements(edges: Sequence[Edge], count: int) -> Plan:
     """Returns at most `count` measurements, over all edges; fewer where fewer are needed."""
     known = [_EdgeCovariance(edge) for edge in edges]
-    limited = any(one.limited for one in known)
+    limited = any(covariance.limited for covariance in known)
     first, chosen, enough = _worth(known, limited), list[NextMeasurement](), False
     while len(chosen) < count:
         before = _worth(known, limited)
@@ -269,7 +271,7 @@ class _EdgeCovariance:
         self.edge, profile, between = edge, edge.profile, edge.known.between
         index, along, length = _contour(profile)
         self.length_mm = float(np.sum(length))
-        parts = [(one.seen.feature_index, one.seen.arc_length_mm) for one in edge.candidates]
+        parts = [(candidate.seen.feature_index, candidate.seen.arc_length_mm) for candidate in edge.candidates]
         touches = np.bincount(edge.vectors.feature_index, minlength=len(profile.features)).astype(np.intp)
         sizes = [(asked, measurand(profile, asked, touches, edge.zero_z_mm)) for asked in _limited(edge)]
         parts += [(index, along), *((one.feature_index, one.arc_length_mm) for _, one in sizes)]
@@ -278,11 +280,11 @@ class _EdgeCovariance:
         ends = np.cumsum([len(a) for a, _ in parts])
         slices = [slice(end - len(a), end) for end, (a, _) in zip(ends.tolist(), parts, strict=True)]
         count = len(edge.candidates)
-        weights = [one.seen.weight for one in edge.candidates]
+        weights = [candidate.seen.weight for candidate in edge.candidates]
         rows = [w @ known.measured[at] for w, at in zip(weights, slices, strict=False)]
         self.rows = np.array(rows).reshape(-1, len(self.covariance))
         own = [float(w**2 @ known.scatter_mm2[at]) for w, at in zip(weights, slices, strict=False)]
-        self.noise = np.array([one.seen.standard_u_mm**2 for one in edge.candidates]) + np.array(own)
+        self.noise = np.array([candidate.seen.standard_u_mm**2 for candidate in edge.candidates]) + np.array(own)
         on = slices[count]
         self.along = known.following[on] * np.sqrt(length / self.length_mm)[:, None]
         each = np.eye(len(index))
@@ -345,10 +347,10 @@ class _EdgeCovariance:
 
 def _limited(edge: Edge) -> list[Characteristic]:
     return [
-        one
-        for one in edge.characteristics
-        if (one.lower_limit is not None or one.upper_limit is not None)
-        and one.quantity in (Quantity.DIAMETER, Quantity.LENGTH, Quantity.ANGLE, Quantity.RADIUS)
+        characteristic
+        for characteristic in edge.characteristics
+        if (characteristic.lower_limit is not None or characteristic.upper_limit is not None)
+        and characteristic.quantity in (Quantity.DIAMETER, Quantity.LENGTH, Quantity.ANGLE, Quantity.RADIUS)
     ]
 
 

@@ -121,7 +121,7 @@ class SetupCorrection:
     @property
     def corrections(self) -> tuple[Correction, ...]:
         """Returns the existing corrections of its edges."""
-        return tuple(one.correction for one in self.edges if one.correction is not None)
+        return tuple(edge.correction for edge in self.edges if edge.correction is not None)
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,7 @@ class PartCorrection:
     @property
     def edges(self) -> tuple[EdgeCorrection, ...]:
         """Returns the edges of all set-ups."""
-        return tuple(edge for one in self.setups for edge in one.edges)
+        return tuple(edge for setup in self.setups for edge in setup.edges)
 
 
 def correct_part(
@@ -171,21 +171,25 @@ def correct_part(
     Raises what correcting one edge raises, CMP-READ-BACK where a program is not the sum of its corrections, and
     SET-OFFSET where the job wants an offset that cannot be entered.
     """
-    done = tuple(correct_setup(_by_what_may_be(one, cuts), asked, edge_state) for one in cuts)
+    done = tuple(correct_setup(_by_what_may_be(cut, cuts), asked, edge_state) for cut in cuts)
     whole = cuts[0].cuts[0][1]
     if not cuts[0].frame.name:
         return PartCorrection(
             part=whole.part.name, profile=profile, setups=done, uncut=(), record_id=done[0].record_id, notes=()
         )
-    finished = all(of.measured_finished for one in cuts for _, of in one.cuts)
-    allowed = any(of.allowance_mm or of.measured_allowance_mm for one in cuts for _, of in one.cuts)
-    sizes = () if allowed else lengths(profile, asked, vectors, [_shares(one) for one in done], finished=finished)
+    finished = all(of.measured_finished for cut in cuts for _, of in cut.cuts)
+    allowed = any(of.allowance_mm or of.measured_allowance_mm for cut in cuts for _, of in cut.cuts)
+    sizes = (
+        ()
+        if allowed
+        else lengths(profile, asked, vectors, [_shares(correction) for correction in done], finished=finished)
+    )
     return PartCorrection(
         part=whole.part.name,
         profile=profile,
         setups=done,
         uncut=tuple(uncut),
-        record_id=record_id(dict(whole.inputs_sha256), {"setups": [one.record_id for one in done]}),
+        record_id=record_id(dict(whole.inputs_sha256), {"setups": [correction.record_id for correction in done]}),
         notes=(*_left(uncut), *notes, *_unjudged(done, asked, sizes, bool(len(z_zero(vectors))))),
         characteristics=sizes,
     )
@@ -195,7 +199,7 @@ def with_zero(cuts: Sequence[SetupCuts]) -> tuple[SetupCuts, ...]:
     """Returns the cuts with what the machine errs by at the place from which z counts, which one edge cuts, in the
     frame of every other one. Raises NC, GEO and MCH errors.
     """
-    edges = [(one, own, inputs) for one in cuts for own, inputs in one.cuts]
+    edges = [(cut, own, inputs) for cut in cuts for own, inputs in cut.cuts]
     if len(edges) == 1 or edges[0][2].machine is None:
         return tuple(cuts)
     for of, own, whole in edges:
@@ -203,7 +207,7 @@ def with_zero(cuts: Sequence[SetupCuts]) -> tuple[SetupCuts, ...]:
         zero = None if mine is None else zero_in_machine(mine)
         if zero is not None:
             of_part = zero.times(of.frame.sign)
-            return tuple(_from_zero(one, of_part.times(one.frame.sign)) for one in cuts)
+            return tuple(_from_zero(cut, of_part.times(cut.frame.sign)) for cut in cuts)
     return tuple(cuts)
 
 
@@ -220,7 +224,7 @@ def correct_setup(
         owns = [None if one is None else edge_state(one, own) for one, (own, _) in zip(owns, of.cuts, strict=True)]
     made = [None if own is None else compensate(own) for own in owns]
     pairs = zip(made, of.cuts, strict=True)
-    kept = [_kept(inputs, own, edge_state) if one is None else None for one, (own, inputs) in pairs]
+    kept = [_kept(inputs, own, edge_state) if correction is None else None for correction, (own, inputs) in pairs]
     contours, whole = tuple(own for own, _ in of.cuts if own is not None), of.cuts[0][1]
     if not contours:
         (alone,) = made
@@ -229,27 +233,35 @@ def correct_setup(
         program = None if alone.runs_as_given else alone.corrected_program
         return _setup(of, edges, program, alone.record.id, alone.name_to_run)
     records = [one.record for one in (*made, *kept) if one is not None]
-    joint_id = record_id(dict(whole.inputs_sha256), {"corrections": [one.id for one in records if one is not None]})
+    joint_id = record_id(
+        dict(whole.inputs_sha256), {"corrections": [record.id for record in records if record is not None]}
+    )
     with in_file(whole.program.file):
         changed = [
-            (one.record, one.corrected_program) for one in made if one is not None and not one.decision.by_offset
+            (correction.record, correction.corrected_program)
+            for correction in made
+            if correction is not None and not correction.decision.by_offset
         ]
-        stays = {one.record.id: (one.record, one.program.source) for one in kept if one and one.record and one.program}
+        stays = {
+            in_force.record.id: (in_force.record, in_force.program.source)
+            for in_force in kept
+            if in_force and in_force.record and in_force.program
+        }
         program = _composed(whole, [*changed, *stays.values()], joint_id)
     drawn = whole.characteristics if asked is None else asked
     edges = tuple(
         EdgeCorrection(
             own,
-            None if one is None else _as_joint(_with_between(one, own, whole, drawn), program, of, asked),
+            None if correction is None else _as_joint(_with_between(correction, own, whole, drawn), program, of, asked),
             inputs,
             force.record if force else None,
         )
-        for (own, _), one, inputs, force in zip(of.cuts, made, owns, kept, strict=True)
+        for (own, _), correction, inputs, force in zip(of.cuts, made, owns, kept, strict=True)
     )
     done = _setup(of, edges, program, joint_id, of.name)
     shares = [_shares(replace(done, frame=PART))]
     sizes = lengths(whole.profile, whole.characteristics, whole.touches, shares, finished=whole.measured_finished)
-    words = shared_words(whole, contours, [one.characteristic.name for one in sizes])
+    words = shared_words(whole, contours, [siz.characteristic.name for siz in sizes])
     return replace(done, notes=words, characteristics=sizes)
 
 
@@ -280,7 +292,11 @@ def _with_between(
     """Returns the correction of an edge with the lengths from its faces to those of other edges in its record."""
     assert own is not None  # of several edges each has its own
     cut = {whole.profile.names[index] for parts in own.parts for index in parts}
-    between = tuple(one for one in drawn if one.other and (one.feature in cut) is not (one.other in cut))
+    between = tuple(
+        characteristic
+        for characteristic in drawn
+        if characteristic.other and (characteristic.feature in cut) is not (characteristic.other in cut)
+    )
     return replace(correction, record=replace(correction.record, between=between))
 
 
@@ -311,7 +327,7 @@ def _composed(inputs: Inputs, corrections: Sequence[tuple[Record, bytes]], joint
 
 def _mark(inputs: Inputs, records: Sequence[Record], joint_id: str) -> Edit:
     program = inputs.program
-    of_edges = [f"{one.options.get('edge', 'all edges')}: record {one.id}" for one in records]
+    of_edges = [f"{record.options.get('edge', 'all edges')}: record {record.id}" for record in records]
     of_machine = [] if inputs.machine is None else [inputs.machine.mark]
     lines = [*marks_of_record(joint_id, program.source), *of_machine, *of_edges]
     return insert_heading(program, [program.dialect.comment(line) for line in lines])
@@ -350,9 +366,9 @@ def _rows(path: ToolPath) -> list[tuple[float, ...]]:
 
 def _shares(of: SetupCorrection) -> list[Share]:
     return [
-        Share(one.contour, one.correction, of.frame)
-        for one in of.edges
-        if one.contour is not None and one.correction is not None
+        Share(edge.contour, edge.correction, of.frame)
+        for edge in of.edges
+        if edge.contour is not None and edge.correction is not None
     ]
 
 
@@ -360,8 +376,12 @@ def _unjudged(
     done: Sequence[SetupCorrection], characteristics: Sequence[Characteristic], sizes: Sequence[Judged], from_face: bool
 ) -> list[str]:
     """Describes the sizes that are of no set-up alone and not judged, and why."""
-    judged = {one.characteristic.name for one in sizes}
-    names = [one.name for one in characteristics if one.name not in judged and not _of_one(one, done)]
+    judged = {siz.characteristic.name for siz in sizes}
+    names = [
+        characteristic.name
+        for characteristic in characteristics
+        if characteristic.name not in judged and not _of_one(characteristic, done)
+    ]
     if not names:
         return []
     if from_face:
@@ -376,7 +396,7 @@ def _unjudged(
 
 
 def _of_one(characteristic: Characteristic, done: Sequence[SetupCorrection]) -> bool:
-    return any({characteristic.feature, characteristic.other} - {""} <= {*one.features} for one in done)
+    return any({characteristic.feature, characteristic.other} - {""} <= {*correction.features} for correction in done)
 
 
 def _left(uncut: Sequence[str]) -> list[str]:

@@ -252,7 +252,7 @@ class Surface:
     @classmethod
     def plain(cls, reported: ErrorVectors) -> "Surface":
         """Returns the measurements of a part of whose machine nothing is known."""
-        none = tuple(np.zeros(len(one.weight)) for one in reported.seen)
+        none = tuple(np.zeros(len(observation.weight)) for observation in reported.seen)
         return cls(reported, reported.error_mm, np.zeros(len(reported.error_mm)), none)
 
 
@@ -271,7 +271,10 @@ def surface_of(
     probed = np.where(reported.by_gauge, 0.0, probed - normal[:, 1] * zero.probed_mm)
     cut_in, *seen = (
         _cut_in(machine, at_mm, n, before) - n[:, 1] * zero.cut_in_mm
-        for at_mm, n in [(reported.nominal_mm, normal), *(_places(profile, one) for one in reported.seen)]
+        for at_mm, n in [
+            (reported.nominal_mm, normal),
+            *(_places(profile, observation) for observation in reported.seen),
+        ]
     )
     actual = replace(reported, error_mm=reported.error_mm + probed)
     return Surface(actual, reported.error_mm, cut_in, tuple(seen))
@@ -285,7 +288,7 @@ def zero_of(machine: InMachine, profile: Profile, reported: ErrorVectors, before
     if len(reference):
         at_mm, normal = reported.nominal_mm[reference], reported.outward_normal[reference]
         probed = _probed(machine, at_mm, normal, before)
-    elif datum := [one for one in reported.seen if one.standard_u_mm == 0.0]:
+    elif datum := [observation for observation in reported.seen if observation.standard_u_mm == 0.0]:
         at_mm, normal = _places(profile, datum[0])
         probed = np.zeros(1)
     else:

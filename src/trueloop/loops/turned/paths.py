@@ -101,7 +101,7 @@ def corrected_shifts(
     if matched.in_force:
         correction = tuple(map(_sum, correction, matched.in_force))
         return Shifts(correction, correction, by_offset, tuple(unasked))
-    contour = tuple(_sum(one, rounding) for one, rounding in zip(correction, matched.rounding, strict=True))
+    contour = tuple(_sum(shift, rounding) for shift, rounding in zip(correction, matched.rounding, strict=True))
     return Shifts(correction, contour, by_offset, tuple(unasked))
 
 

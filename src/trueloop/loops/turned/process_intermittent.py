@@ -159,7 +159,7 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
         ),
         notes=(
             *cumulative_words(inputs, matched, decision, shifts),
-            *(one.words for one in model.suspects),
+            *(suspect.words for suspect in model.suspects),
             *(() if memory is None else memory.words(inputs.profile)),
             *inputs.notes,
             *([inputs.no_offset] if inputs.no_offset else []),
@@ -233,8 +233,8 @@ def _matched(inputs: Inputs) -> tuple[Commanded, InMachine | None]:
 def _of_process(inputs: Inputs, matched: Commanded, surface: Surface) -> ErrorVectors:
     touches = surface.touches
     seen = tuple(
-        one.less(matched.measured_along(one.feature_index, one.arc_length_mm) + cut_in_mm)
-        for one, cut_in_mm in zip(touches.seen, surface.cut_in_seen_mm, strict=True)
+        observation.less(matched.measured_along(observation.feature_index, observation.arc_length_mm) + cut_in_mm)
+        for observation, cut_in_mm in zip(touches.seen, surface.cut_in_seen_mm, strict=True)
     )
     error_mm = touches.error_mm - surface.cut_in_mm - matched.measured_at(touches)
     return replace(touches, error_mm=error_mm, seen=seen)
@@ -286,7 +286,7 @@ def _error_model(
     read_sigma_mm = np.delete(own.touch_sigma_mm(own.vectors), z_zero(own.vectors))
     scatter_mm = min(own.scatter_mm, float(np.min(read_sigma_mm, initial=np.inf)))
     check_scatter(scatter_mm, options.limits, own.farthest_words)
-    readings = [reading for one in inputs.inspections for reading in one.readings]
+    readings = [reading for inspection in inputs.inspections for reading in inspection.readings]
     check_neighbours(inputs.profile, process.chosen(np.flatnonzero(own.weight)), readings, options.limits)
     finished: tuple[ErrorVectors, ...] = ()
     if inputs.measured_finished:

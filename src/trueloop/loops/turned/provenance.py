@@ -194,7 +194,7 @@ def _model(model: ProfileErrorModel) -> dict[str, object]:
         "scatter_mm": model.scatter_mm,
         "degrees_of_freedom": model.degrees_of_freedom,
         "curves": curves,
-        "suspect_touches": [one.as_dict() for one in model.suspects],
+        "suspect_touches": [suspect.as_dict() for suspect in model.suspects],
         "notes": list(model.notes),
     }
 

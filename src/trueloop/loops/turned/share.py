@@ -45,7 +45,7 @@ def inputs_of_edge(inputs: Inputs, own: OwnContour | None) -> Inputs:
         return inputs
     touches = vectors_of_edge(inputs.touches, own, inputs.profile)
     finish = None if inputs.finish_touches is None else vectors_of_edge(inputs.finish_touches, own, inputs.profile)
-    asked = tuple(one for one in inputs.characteristics if _is_own(one, own, inputs))
+    asked = tuple(characteristic for characteristic in inputs.characteristics if _is_own(characteristic, own, inputs))
     return replace(
         inputs,
         profile=own.profile,
@@ -53,17 +53,21 @@ def inputs_of_edge(inputs: Inputs, own: OwnContour | None) -> Inputs:
         touches=touches,
         options=_own_options(inputs.options, own, inputs),
         finish_touches=finish if finish is not None and len(finish.point) else None,
-        characteristics=tuple(_renamed(one, own, inputs) for one in asked),
+        characteristics=tuple(_renamed(characteristic, own, inputs) for characteristic in asked),
         called=own.edge,
     )
 
 
 def shared_words(inputs: Inputs, contours: tuple[OwnContour, ...], judged: Collection[str] = ()) -> tuple[str, ...]:
     """Measurements and characteristics that no edge has for itself: what is left out, in words; `judged` are not."""
-    owns = [set(_own_of(one)) for one in contours]
+    owns = [set(_own_of(contour)) for contour in contours]
     measured = {int(i) for i in inputs.touches.feature_index}
     left = [name for i, name in enumerate(inputs.profile.names) if i in measured - set[int]().union(*owns)]
-    shared = [one.name for one in inputs.characteristics if not any(_is_own(one, own, inputs) for own in contours)]
+    shared = [
+        characteristic.name
+        for characteristic in inputs.characteristics
+        if not any(_is_own(characteristic, own, inputs) for own in contours)
+    ]
     asked = [name for name in shared if name not in judged]
     found: list[str] = []
     if left:
@@ -72,9 +76,9 @@ def shared_words(inputs: Inputs, contours: tuple[OwnContour, ...], judged: Colle
         )
     found.extend(readings_words(inputs.touches, owns, inputs.profile.names))
     of_no_place = [
-        one.name
-        for one in inputs.touches.seen
-        if any(of.isdisjoint(measured) for of in owns if {*one.feature_index.tolist()} <= of)
+        observation.name
+        for observation in inputs.touches.seen
+        if any(of.isdisjoint(measured) for of in owns if {*observation.feature_index.tolist()} <= of)
     ]
     if of_no_place:
         found.append(
@@ -104,7 +108,7 @@ def vectors_of_edge(vectors: ErrorVectors, own: OwnContour, profile: Profile) ->
     features = own.profile.features
     along = [float(features[i].locate(point)[0]) for i, point in zip(index, chosen.nominal_mm, strict=True)]
     gauged = tuple(name for name in chosen.gauged if name in chosen.point)
-    seen = tuple(_own_seen(one, own, profile) for one in own_seen(vectors, _own_of(own)))
+    seen = tuple(_own_seen(observation, own, profile) for observation in own_seen(vectors, _own_of(own)))
     placed = replace(chosen, feature_index=index, arc_length_mm=np.array(along), gauged=gauged, seen=seen)
     return placed.chosen(np.lexsort((placed.arc_length_mm, placed.feature_index)))
 
@@ -161,7 +165,7 @@ def vectors_in(frame: SetupFrame, vectors: ErrorVectors, profile: Profile) -> Er
         arc_length_mm=along,
         nominal_mm=frame.points(vectors.nominal_mm),
         outward_normal=frame.directions(vectors.outward_normal),
-        seen=tuple(_seen_in(frame, one, profile) for one in vectors.seen),
+        seen=tuple(_seen_in(frame, observation, profile) for observation in vectors.seen),
     )
     return placed.chosen(np.lexsort((along, index)))
 
@@ -176,11 +180,15 @@ def seen_of_edge(seen: Sequence[Seen], frame: SetupFrame, own: OwnContour | None
 
     All of it for the only tool of a job (None).
     """
-    placed = [_seen_in(frame, one, profile) for one in seen]
+    placed = [_seen_in(frame, observation, profile) for observation in seen]
     if own is None:
         return tuple(placed)
     mine, in_frame = set(_own_of(own)), frame.profile(profile)
-    return tuple(_own_seen(one, own, in_frame) for one in placed if mine.issuperset(one.feature_index.tolist()))
+    return tuple(
+        _own_seen(observation, own, in_frame)
+        for observation in placed
+        if mine.issuperset(observation.feature_index.tolist())
+    )
 
 
 def _places(frame: SetupFrame, index: Integers, along_mm: Array, profile: Profile) -> tuple[NDArray[np.intp], Array]:
@@ -226,19 +234,22 @@ def frame_of(correction: Correction) -> SetupFrame:
     stated = correction.record.options.get("setup")
     if not isinstance(stated, Mapping):
         return PART
-    return SetupFrame(**{one.name: stated[one.name] for one in fields(SetupFrame)})
+    return SetupFrame(**{field.name: stated[field.name] for field in fields(SetupFrame)})
 
 
 def characteristics_in(frame: SetupFrame, characteristics: Sequence[Characteristic]) -> tuple[Characteristic, ...]:
     """Characteristics with the place of a diameter as the program has it."""
     return tuple(
-        one if one.at_z_mm is None else replace(one, at_z_mm=frame.z_mm(one.at_z_mm)) for one in characteristics
+        characteristic
+        if characteristic.at_z_mm is None
+        else replace(characteristic, at_z_mm=frame.z_mm(characteristic.at_z_mm))
+        for characteristic in characteristics
     )
 
 
 def judged_on_part(correction: Correction, asked: Sequence[Characteristic]) -> Correction:
     """Returns the correction with its characteristics placed as the part has them; `asked` are those of the part."""
-    places = {one.name: one.at_z_mm for one in asked}
+    places = {characteristic.name: characteristic.at_z_mm for characteristic in asked}
 
     def placed(judged: Judged) -> Judged:
         of = judged.characteristic

@@ -67,12 +67,12 @@ def taken_off_sizes_mm(correction: Correction, ran: Ran, inspection: Inspection)
     """
     profile = correction.profile
     matched = corrected(match_inspection(profile, inspection).readings)
-    readings = [one for one in matched if one.reading.quantity.unit == "mm"]
+    readings = [reading for reading in matched if reading.reading.quantity.unit == "mm"]
     datum = datum_of(profile, readings)
     return {
-        one.reading.characteristic: -size_mm
-        for one in readings
-        if (size_mm := _size_moved_mm(correction, ran, one, datum)) is not None
+        reading.reading.characteristic: -size_mm
+        for reading in readings
+        if (size_mm := _size_moved_mm(correction, ran, reading, datum)) is not None
     }
 
 

@@ -229,8 +229,8 @@ def _by_name(pieces: Sequence[CentrePiece]) -> dict[str, CentrePiece]:
 def _as_far_as_cut(matched: Commanded, pieces: Sequence[CentrePiece]) -> list[CentrePiece]:
     """Returns the pieces without the parts of the profile's free ends that the given program does not cut."""
     first, last = matched.match.features[0].moves, matched.match.features[-1].moves
-    begins_mm = max(0.0, min(min(one.start_mm, one.end_mm) for one in first))
-    ends_mm = max(max(one.start_mm, one.end_mm) for one in last)
+    begins_mm = max(0.0, min(min(move.start_mm, move.end_mm) for move in first))
+    ends_mm = max(max(move.start_mm, move.end_mm) for move in last)
     cut = list(pieces)
     cut[0] = replace(cut[0], start_mm=max(cut[0].start_mm, begins_mm))
     short_mm = max(0.0, cut[-1].shifted.feature.length_mm - ends_mm)
@@ -356,7 +356,7 @@ def _from_where_it_is(
         for move, at in places.items()
     }
     return start + off[cuts[0].move - 1], tuple(
-        replace(one, delta_mm=one.delta_mm + off.get(one.move, np.zeros(2))) for one in shifts
+        replace(shift, delta_mm=shift.delta_mm + off.get(shift.move, np.zeros(2))) for shift in shifts
     )
 
 

@@ -204,7 +204,7 @@ def with_lack_of_fit(found: Identification, readings: Observations, held: Sequen
     Runs that others predict miss by D = σ²F + κP, with the variance σ² of readings about a smooth curve and P from the
     covariance with κ = 1: κ takes the place of the square of the scatter where it is larger beyond chance.
     """
-    tested = [one.tested for one in held if one.tested is not None]
+    tested = [held_out.tested for held_out in held if held_out.tested is not None]
     squares, freedom, predicted = (
         sum(getattr(one, name) for one in tested) for name in ("squares", "freedom", "predicted")
     )
@@ -365,7 +365,7 @@ def contradictions(judged: Judged, readings: Observations) -> tuple[Contradictio
     are, beyond chance, or where the readings differ by next to nothing of their uncertainty.
     """
     every = _by_improbability(judged, readings)
-    disagreeing = tuple(one for one, wrong in every if wrong)
+    disagreeing = tuple(contradiction for contradiction, wrong in every if wrong)
     if every and not disagreeing and _stated(readings) and judged[0].scatter > LACK_OF_FIT:
         return (every[0][0],)
     return disagreeing
@@ -447,11 +447,14 @@ def require_agreement(
     if judgeable and found.scatter < LEAST_SCATTER:
         raise _unlikely_scatter(found.scatter, len(readings))
     wrong = contradictions(judged, readings)
-    if any(one.refused for one in wrong) and Code.MCH_RUN not in accepted:
+    if any(contradiction.refused for contradiction in wrong) and Code.MCH_RUN not in accepted:
         raise _refusal(wrong, judged, readings, refit)
     if judgeable and found.scatter > MOST_SCATTER:  # one wrong run is better named than the scatter that it makes
         raise _unlikely_scatter(found.scatter, len(readings))
-    return (*(_warning(one.message, one.hint, [one.run]) for one in wrong), *_unchecked(judged[1], readings))
+    return (
+        *(_warning(contradiction.message, contradiction.hint, [contradiction.run]) for contradiction in wrong),
+        *_unchecked(judged[1], readings),
+    )
 
 
 def _warning(message: str, hint: str, runs: Sequence[str]) -> Finding:
@@ -460,7 +463,7 @@ def _warning(message: str, hint: str, runs: Sequence[str]) -> Finding:
 
 def _unchecked(held: Sequence[HeldOut], readings: Observations) -> Iterator[Finding]:
     """Yields the warning of runs of which the others predict nothing."""
-    predicted = {one.run for one in held}
+    predicted = {held_out.run for held_out in held}
     alone = [run for run in dict.fromkeys(map(str, readings.run)) if run not in predicted]
     if alone:
         names = ", ".join(map(repr, alone))
@@ -473,19 +476,28 @@ def _refusal(
     wrong: Sequence[Contradiction], judged: Judged, readings: Observations, refit: Callable[[Observations], Judged]
 ) -> TrueloopError:
     """Names the runs without which all others agree; else all that disagree."""
-    least_probable = [one for one, _ in _by_improbability(judged, readings)]
-    suspects = {one.run: one for one in (*reversed(least_probable), *reversed(wrong))}
+    least_probable = [contradiction for contradiction, _ in _by_improbability(judged, readings)]
+    suspects = {contradiction.run: contradiction for contradiction in (*reversed(least_probable), *reversed(wrong))}
     tried = list(reversed(suspects.values()))[:TRIED]
-    agree = {one.run: _agrees(readings.only(np.array(readings.run) != one.run), refit) for one in tried}
-    alone = [one for one in tried if agree[one.run] or (agree[one.run] is None and one in wrong)]
+    agree = {
+        contradiction.run: _agrees(readings.only(np.array(readings.run) != contradiction.run), refit)
+        for contradiction in tried
+    }
+    alone = [
+        contradiction
+        for contradiction in tried
+        if agree[contradiction.run] or (agree[contradiction.run] is None and contradiction in wrong)
+    ]
     named = alone or list(wrong[:TRIED])
     either = f"; one of these {len(named)} runs is wrong" if len(named) > 1 else ""
-    either += ", the others agree" if len(alone) > 1 and all(agree[one.run] for one in alone) else ""
+    either += (
+        ", the others agree" if len(alone) > 1 and all(agree[contradiction.run] for contradiction in alone) else ""
+    )
     return Code.MCH_RUN.refusal(
-        "; ".join(one.message for one in named),
+        "; ".join(contradiction.message for contradiction in named),
         hint=named[0].hint + either,
         override="--accept MCH-RUN",
-        values={"runs": [one.run for one in named]},
+        values={"runs": [contradiction.run for contradiction in named]},
     )
 
 

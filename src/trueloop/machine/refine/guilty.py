@@ -176,7 +176,7 @@ class UpdatedTerm:
 
 def guilty_ones(terms: Sequence[ErrorName | Guilty]) -> tuple[Guilty, ...]:
     """Axis errors by name alone, or with the signal that each follows."""
-    return tuple(one if isinstance(one, Guilty) else Guilty(one) for one in terms)
+    return tuple(term if isinstance(term, Guilty) else Guilty(term) for term in terms)
 
 
 def update(

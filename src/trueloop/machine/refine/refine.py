@@ -195,7 +195,9 @@ class Refined:
     @property
     def reason(self) -> Wording:
         """Returns the reason of the change of the model, in words."""
-        named = ", ".join(f"{one.error}" + (f" ({one.signal})" if one.signal else "") for one in self.guilty)
+        named = ", ".join(
+            f"{guilty.error}" + (f" ({guilty.signal})" if guilty.signal else "") for guilty in self.guilty
+        )
         far_off = int(self.updated.outlier.sum())
         if not named:
             return wording(

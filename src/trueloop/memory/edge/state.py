@@ -111,20 +111,22 @@ def known_edge(
     for edge in {part.edge for part in parts}:
         mine = [k for k, part in enumerate(parts) if part.edge == edge]
         ages[mine] = _ages_of_edge([parts[k] for k in mine])
-    every = [errors for one in parts for errors in _cuts(one)] + ([] if asked is None else [asked])
+    every = [errors for made_part in parts for errors in _cuts(made_part)] + ([] if asked is None else [asked])
     angles = np.concatenate([np.zeros(1), *(cut.contact_angle_rad for cut in every)])
     low, high = np.floor(angles.min() / ROUND_RAD), np.ceil(angles.max() / ROUND_RAD)
     catalogue = turned_catalogue(
-        ROUND_RAD * float(low), ROUND_RAD * float(high), several_edges=(len({one.edge for one in parts}) > 1)
+        ROUND_RAD * float(low),
+        ROUND_RAD * float(high),
+        several_edges=(len({made_part.edge for made_part in parts}) > 1),
     )
     kept = {"part_type": {part.part_type, *part_types}, "edge": {part.edge}, "setting": {part.setting}}
     found = _LATEST[-1] if _LATEST else None
     if found is None or not found.is_of(history, ages[:-1], catalogue, kept):
-        cuts = [observed(one, age) for one, age in zip(history, ages, strict=False)]
+        cuts = [observed(made_part, age) for made_part, age in zip(history, ages, strict=False)]
         after = after_parts(catalogue, sizes_of(catalogue, cuts), cuts, kept)
         found = _Learned(tuple(history), ages[:-1], catalogue, kept, after)
         _LATEST[:] = [found]
-    left_mm = tuple(tuple(one.left_mm for one in of_part) for of_part in found.after.taken)
+    left_mm = tuple(tuple(taken.left_mm for taken in of_part) for of_part in found.after.taken)
     return KnownEdge(found.after.state, part, float(ages[-1]), left_mm)
 
 
@@ -143,7 +145,7 @@ class _Learned:
     ) -> bool:
         """Returns whether these very parts are behind it."""
         same = catalogue is self.catalogue and kept == self.kept and np.array_equal(ages, self.ages)
-        return same and all(one is other for one, other in zip(history, self.history, strict=True))
+        return same and all(made_part is other for made_part, other in zip(history, self.history, strict=True))
 
 
 _LATEST: Final = list[_Learned]()

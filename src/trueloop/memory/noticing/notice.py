@@ -286,14 +286,14 @@ def notice_part(history: Sequence[MadePart], part: MadePart) -> dict[Stage, Part
     if not parts:
         return {}
     found = {}
-    for one in innovations(history, part):
-        finish = part.finish if one.stage is Stage.FINISH else None
-        found[one.stage] = notice(
-            one.error_mm,
-            one.covariance_mm2,
-            one.contact_angle_rad,
+    for innovation in innovations(history, part):
+        finish = part.finish if innovation.stage is Stage.FINISH else None
+        found[innovation.stage] = notice(
+            innovation.error_mm,
+            innovation.covariance_mm2,
+            innovation.contact_angle_rad,
             parts,
-            None if finish is None else one.correction_mm,
+            None if finish is None else innovation.correction_mm,
             None if finish is None else part.from_memory_mm,
             (part.semifinish if finish is None else finish).point,
         )

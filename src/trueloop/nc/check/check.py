@@ -222,7 +222,7 @@ def _cuts_on_rapid(path: ToolPath, lines: tuple[Lines, ...], *, goes_on: bool = 
 
 def _homes(lines: tuple[Lines, ...], block: int) -> bool:
     """Returns whether a block goes to machine coordinates: where these are in the part is seldom known."""
-    of = next(one for one in lines if block < one.first + one.until)
+    of = next(line for line in lines if block < line.first + line.until)
     words = of.program.block(block - of.first).words
     meanings = (of.program.core.meaning(word.index) or "" for word in words)
     return any(meaning.startswith(("MachineCoordinates", "Home")) for meaning in meanings)

@@ -71,7 +71,7 @@ def mean_with_u(mean: MeanShape | None, say: Texts = ENGLISH) -> str:
 
 def escaped(words: Sequence[str], say: Texts) -> list[str]:
     """Sentences of the diagnosis in the reader's language, harmless."""
-    return [esc(say.note(one)) for one in words]
+    return [esc(say.note(word)) for word in words]
 
 
 SURE: Final = 0.9
@@ -108,7 +108,7 @@ def verdict(causes: CausesShape | None, parts: int, say: Texts, unexplained: Seq
         words = say(
             "<strong>Probably sound</strong> ({share}); most probable otherwise: {causes}.",
             share=share(causes.sound, say),
-            causes=_named([one for one in causes.hypotheses if one.causes][:1], causes, say),
+            causes=_named([hypothese for hypothese in causes.hypotheses if hypothese.causes][:1], causes, say),
         )
     else:
         words = _guilty_verdict(causes, say)
@@ -116,7 +116,7 @@ def verdict(causes: CausesShape | None, parts: int, say: Texts, unexplained: Seq
 
 
 def _unexplained_names(unexplained: Sequence[UnexplainedShape], say: Texts) -> str:
-    told = [f"{esc(error_name(one))}, {kind_name(one.kind, say)}" for one in unexplained]
+    told = [f"{esc(error_name(shape))}, {kind_name(shape.kind, say)}" for shape in unexplained]
     names = list(dict.fromkeys(told))
     more = [say("{n} more", n=len(names) - TOLD)] if len(names) > TOLD else []
     return "; ".join([*names[:TOLD], *more])
@@ -129,14 +129,14 @@ def unexplained_section(unexplained: Sequence[UnexplainedShape], say: Texts) -> 
     shows = {"mean": say("mean"), "scatter": say("parts differ")}
     rows = [
         (
-            esc(error_name(one)),
-            kind_name(one.kind, say),
-            device_name(one.device, say),
-            shows[one.shows],
-            say.error(one.size_um) if one.shows == "mean" else say.size(one.size_um),
-            say.size(one.standard_u_um),
+            esc(error_name(shape)),
+            kind_name(shape.kind, say),
+            device_name(shape.device, say),
+            shows[shape.shows],
+            say.error(shape.size_um) if shape.shows == "mean" else say.size(shape.size_um),
+            say.size(shape.standard_u_um),
         )
-        for one in unexplained[:UNEXPLAINED]
+        for shape in unexplained[:UNEXPLAINED]
     ]
     note = say(
         "The causes of the catalogue that may act on these have less than 50 % together. Standard uncertainty: of the "
@@ -155,7 +155,7 @@ def unexplained_section(unexplained: Sequence[UnexplainedShape], say: Texts) -> 
 
 def _guilty_verdict(causes: CausesShape, say: Texts) -> str:
     likely = credible(causes.hypotheses)
-    found = [one for one in likely if one.causes]
+    found = [shape for shape in likely if shape.causes]
     if found and found[0].probability >= SURE:
         return say(
             "<strong>Cause found</strong>: {causes}. Probability {share}.",
@@ -174,8 +174,8 @@ def _guilty_verdict(causes: CausesShape, say: Texts) -> str:
 def credible(hypotheses: Sequence[HypothesisShape]) -> list[HypothesisShape]:
     """Returns the fewest that together have the probability `CREDIBLE`, likeliest first."""
     found: list[HypothesisShape] = []
-    for one in sorted(hypotheses, key=lambda each: -each.probability):
-        found.append(one)
+    for hypothese in sorted(hypotheses, key=lambda each: -each.probability):
+        found.append(hypothese)
         if sum(each.probability for each in found) >= CREDIBLE:
             break
     return found
@@ -183,14 +183,14 @@ def credible(hypotheses: Sequence[HypothesisShape]) -> list[HypothesisShape]:
 
 def _named(sets: Sequence[HypothesisShape], causes: CausesShape, say: Texts) -> str:
     """Sets by the names of their causes; of many the likeliest."""
-    told = [together(one.causes, causes, say) for one in sets[:TOLD]]
+    told = [together(shape.causes, causes, say) for shape in sets[:TOLD]]
     more = [say("{n} more", n=len(sets) - TOLD)] if len(sets) > TOLD else []
     return "; ".join([*told, *more]) or "–"
 
 
 def together(keys: Sequence[str], causes: CausesShape, say: Texts) -> str:
     """Causes that act together, by name."""
-    names = {one.key: one.name for one in causes.candidates}
+    names = {candidate.key: candidate.name for candidate in causes.candidates}
     return " + ".join(esc(say.note(names.get(key, key))) for key in keys) or say("nothing acts")
 
 
@@ -198,7 +198,7 @@ def causes_section(causes: CausesShape | None, say: Texts) -> str:
     """Cards of the causes, the sets with their probabilities, and what would decide."""
     if causes is None:
         return ""
-    shown = [one for one in causes.candidates if one.probability >= LEAST][:CARDS]
+    shown = [candidate for candidate in causes.candidates if candidate.probability >= LEAST][:CARDS]
     left_out = len(causes.candidates) - len(shown)
     rest = say(
         "{n} more causes were weighed: each has less than {share}.", n=left_out, share=_below(causes, shown, say)
@@ -208,7 +208,7 @@ def causes_section(causes: CausesShape | None, say: Texts) -> str:
             "causes",
             say("Causes"),
             _sound(causes, say),
-            *(_card(one, say) for one in shown),
+            *(_card(shape, say) for shape in shown),
             f"<p class='note'>{rest}</p>" if left_out else "",
         )
         + (section("decide", say("What would decide"), items(escaped(causes.decide, say))) if causes.decide else "")
@@ -218,7 +218,7 @@ def causes_section(causes: CausesShape | None, say: Texts) -> str:
 
 def _below(causes: CausesShape, shown: Sequence[CandidateShape], say: Texts) -> str:
     """Returns the bound of the most probable cause without a card."""
-    likeliest = max((one.probability for one in causes.candidates if one not in shown), default=0.0)
+    likeliest = max((candidate.probability for candidate in causes.candidates if candidate not in shown), default=0.0)
     return share(max(LEAST, likeliest), say)
 
 
@@ -266,8 +266,12 @@ def _marked(kind: str, words: Sequence[str], say: Texts) -> str:
 
 def _sets(causes: CausesShape, say: Texts) -> str:
     rows = [
-        (together(one.causes, causes, say), share(one.probability, say), bar(one.probability, share(one.probability)))
-        for one in causes.hypotheses[:SETS]
+        (
+            together(hypothese.causes, causes, say),
+            share(hypothese.probability, say),
+            bar(hypothese.probability, share(hypothese.probability)),
+        )
+        for hypothese in causes.hypotheses[:SETS]
     ]
     return table((say("causes"), say("probability"), ""), rows, words=(0, 2))
 
@@ -276,5 +280,5 @@ def findings_section(findings: Sequence[FindingShape], say: Texts) -> str:
     """Writes the section of what is odd, with what to do."""
     if not findings:
         return ""
-    said = items(f"{esc(one.code)}: {esc(say.note(one.message))} – {esc(one.hint)}" for one in findings)
+    said = items(f"{esc(finding.code)}: {esc(say.note(finding.message))} – {esc(finding.hint)}" for finding in findings)
     return section("findings", say("Findings"), said)

@@ -178,12 +178,16 @@ def _seen_by(
     few = len(drawn) <= SPOKEN
     x, y, bars, says = [], [], [], []
     for at, part in drawn:
-        for one in part.errors.get(device, ()):
-            if (one.feature, one.other, one.kind) == (of.feature, of.other, of.kind) and one.value_um is not None:
+        for shape in part.errors.get(device, ()):
+            if (shape.feature, shape.other, shape.kind) == (
+                of.feature,
+                of.other,
+                of.kind,
+            ) and shape.value_um is not None:
                 x.append(at + beside)
-                y.append(one.value_um)
-                bars.append(COVERAGE * (one.standard_u_um or 0.0))
-                says.append(f"{style.label(part.serial)}: {say.error(one.value_um)} {say.um}" if few else "")
+                y.append(shape.value_um)
+                bars.append(COVERAGE * (shape.standard_u_um or 0.0))
+                says.append(f"{style.label(part.serial)}: {say.error(shape.value_um)} {say.um}" if few else "")
     if not x:
         return [], []
     scale = say.per_um
@@ -198,7 +202,7 @@ def _serials(parts: Sequence[SeenPartShape]) -> dict[str, Any]:
     """Serial numbers at some of the parts, no more than are legible."""
     if not parts:
         return {"tickvals": [], "ticktext": []}
-    step = max(1, -(-len(parts) // TICKS), max(len(one.serial) for one in parts) * len(parts) // 45)
+    step = max(1, -(-len(parts) // TICKS), max(len(part.serial) for part in parts) * len(parts) // 45)
     at = list(range(0, len(parts), step))
     return {"tickvals": [k + 1 for k in at], "ticktext": [_short(parts[k].serial, len(at)) for k in at]}
 

@@ -38,8 +38,9 @@ def part_lines(diagnosis: PartDiagnosisShape) -> Iterator[str]:
     yield f"{diagnosis.part_type} {diagnosis.part.serial}" + (" (standard part)" if diagnosis.part.standard else "")
     for device, errors in diagnosis.part.errors.items():
         yield f"{device_name(device)}, µm ± standard uncertainty:"
-        for one in errors:
-            yield f"  {error_name(one)}, {one.kind}: {with_u(one.value_um, one.standard_u_um)} ({one.points} points)"
+        for error in errors:
+            value = with_u(error.value_um, error.standard_u_um)
+            yield f"  {error_name(error)}, {error.kind}: {value} ({error.points} points)"
     if diagnosis.causes is not None:
         yield from causes_lines(diagnosis.causes)
     if diagnosis.points:
@@ -55,10 +56,10 @@ def series_lines(diagnosis: SeriesDiagnosisShape) -> Iterator[str]:
     yield f"{diagnosis.part_type}: {len(diagnosis.parts) - standards} parts" + (
         f", {standards} standard parts" if standards else ""
     )
-    for one in diagnosis.means:
-        three = (("machine", one.machine), ("CMM", one.cmm), ("difference", one.difference))
+    for shape in diagnosis.means:
+        three = (("machine", shape.machine), ("CMM", shape.cmm), ("difference", shape.difference))
         seen = "; ".join(f"{name} {mean_with_u(mean)}" for name, mean in three if mean is not None)
-        yield f"  {error_name(one)}, {one.kind}: {seen} µm"
+        yield f"  {error_name(shape)}, {shape.kind}: {seen} µm"
     if diagnosis.causes is None:
         yield "nothing is concluded"
     else:
@@ -75,9 +76,9 @@ def causes_lines(causes: CausesShape, unexplained: Sequence[UnexplainedShape] = 
         size = signed(each.size_um) if each.shows == "mean" else plain(each.size_um)
         seen = f"{each.shows} {size} µm, standard uncertainty {plain(each.standard_u_um)}"
         yield f"  not explained: {error_name(each)}, {each.kind}, {device_name(each.device)}: {seen}"
-    for one in causes.candidates:
-        if one.probability >= LEAST:
-            yield from _cause(one)
+    for candidate in causes.candidates:
+        if candidate.probability >= LEAST:
+            yield from _cause(candidate)
     for measurement in causes.decide:
         yield f"would decide: {measurement}"
 
@@ -85,9 +86,9 @@ def causes_lines(causes: CausesShape, unexplained: Sequence[UnexplainedShape] = 
 def _verdict(causes: CausesShape) -> str:
     if causes.sound >= SURE:
         return f"sound: nothing acts, probability {share(causes.sound)}"
-    names = {one.key: one.name for one in causes.candidates}
-    likely = [one for one in credible(causes.hypotheses) if one.causes]
-    said = "; ".join(" + ".join(str(names.get(key, key)) for key in one.causes) for one in likely[:SETS])
+    names = {candidate.key: candidate.name for candidate in causes.candidates}
+    likely = [shape for shape in credible(causes.hypotheses) if shape.causes]
+    said = "; ".join(" + ".join(str(names.get(key, key)) for key in shape.causes) for shape in likely[:SETS])
     said += f"; {len(likely) - SETS} more" if len(likely) > SETS else ""
     if likely and likely[0].probability >= SURE:
         return f"cause: {said.split('; ')[0]}, probability {share(likely[0].probability)}"
@@ -109,13 +110,17 @@ def _cause(candidate: CandidateShape) -> Iterator[str]:
 
 def fixture_lines(diagnosis: FixtureDiagnosisShape) -> Iterator[str]:
     """Yields each fixturing: spread, drift and step with their bands of 95 %, * where beyond chance."""
-    for one in diagnosis.fixturings:
-        three = (("spread", one.spread), ("drift", one.drift), ("step", one.step))
+    for fixturing in diagnosis.fixturings:
+        three = (("spread", fixturing.spread), ("drift", fixturing.drift), ("step", fixturing.step))
         said = ", ".join(_judged(name, judged) for name, judged in three)
-        at = f" after repeat {one.step_after}" if one.step.significant and one.step_after is not None else ""
-        verdict = "stable" if one.stable else "UNSTABLE"
-        yield f"{one.name}: {verdict}; {len(one.values_um)} repeats, µm: {said}{at}"
-    if any(not one.stable for one in diagnosis.fixturings):
+        at = (
+            f" after repeat {fixturing.step_after}"
+            if fixturing.step.significant and fixturing.step_after is not None
+            else ""
+        )
+        verdict = "stable" if fixturing.stable else "UNSTABLE"
+        yield f"{fixturing.name}: {verdict}; {len(fixturing.values_um)} repeats, µm: {said}{at}"
+    if any(not fixturing.stable for fixturing in diagnosis.fixturings):
         yield "nothing else is concluded while a fixturing is unstable [NISTIR 4773 §4.1]"
 
 
@@ -130,14 +135,14 @@ def machine_lines(diagnosis: MachineDiagnosisShape) -> Iterator[str]:
     if not diagnosis.sets:
         sure = "sound" if diagnosis.sound >= SURE else "probably sound"
         yield f"{sure}: the model has nothing wrong that these parts could show, probability {share(diagnosis.sound)}"
-    for one in diagnosis.sets:
-        several = f"{one.at_least} of " if len(one.errors) > 1 else ""
+    for shape in diagnosis.sets:
+        several = f"{shape.at_least} of " if len(shape.errors) > 1 else ""
         named = ", ".join(
             f"{each.error} ({f'with {each.follows}, ' if each.follows else ''}{share(each.probability)})"
-            for each in one.errors
+            for each in shape.errors
         )
-        yield f"  {share(one.probability)}  {several}{named}"
-        for word in one.separated_by:
+        yield f"  {share(shape.probability)}  {several}{named}"
+        for word in shape.separated_by:
             yield f"      told apart by: {word}"
     if diagnosis.frames is not None:
         yield str(diagnosis.frames)

@@ -162,7 +162,7 @@ def refinement_shape(refined: Refined, version: Version) -> RefinementShape:
         version=version.number,
         parent=version.parent_sha256,
         left_out=left,
-        changes=[_change(one) for one in refined.changes],
+        changes=[_change(change) for change in refined.changes],
         accepted=None if by is None else f"{by.who} {by.at}",
     )
 

@@ -32,7 +32,7 @@ def residual_figures(diagnosis: MachineDiagnosisShape, say: Texts = ENGLISH) -> 
     warm = warmer(diagnosis)
     figures = {}
     for axis in diagnosis.residuals[0].position_mm:
-        at = np.array([one.position_mm.get(axis, np.nan) for one in diagnosis.residuals]) * say.per_mm
+        at = np.array([residual.position_mm.get(axis, np.nan) for residual in diagnosis.residuals]) * say.per_mm
         if np.ptp(at) > 0.0:
             name = say("position of {axis} ({mm})", axis=style.label(axis))
             figures[name] = _scatter(name, at, without_set_up(diagnosis), warm, diagnosis, say)
@@ -40,7 +40,7 @@ def residual_figures(diagnosis: MachineDiagnosisShape, say: Texts = ENGLISH) -> 
         at = np.array(values)
         if np.ptp(at) > 0.0:
             name = say("temperature {signal} (°C)", signal=style.label(signal))
-            as_found = np.array([one.residual_um for one in diagnosis.residuals])
+            as_found = np.array([residual.residual_um for residual in diagnosis.residuals])
             figures[name] = _scatter(name, at, as_found, None, diagnosis, say)
     return figures
 
@@ -48,7 +48,7 @@ def residual_figures(diagnosis: MachineDiagnosisShape, say: Texts = ENGLISH) -> 
 def signal_of(diagnosis: MachineDiagnosisShape) -> str | None:
     """Returns the temperature that the likeliest errors follow, else the one that varies most; None: none varies."""
     varying = {name: float(np.ptp(at)) for name, at in diagnosis.temperatures.items() if at and np.ptp(at) > 0.0}
-    named = [error.follows for one in diagnosis.sets for error in one.errors if error.follows in varying]
+    named = [error.follows for shape in diagnosis.sets for error in shape.errors if error.follows in varying]
     return named[0] if named else max(varying, key=lambda name: varying[name], default=None)
 
 
@@ -65,9 +65,9 @@ def warmer(diagnosis: MachineDiagnosisShape) -> NDArray[np.bool_] | None:
 def without_set_up(diagnosis: MachineDiagnosisShape) -> Array:
     """Residuals less the mean of their part, µm."""
     by_part: dict[str, list[float]] = defaultdict(list)
-    for one in diagnosis.residuals:
-        by_part[one.part].append(one.residual_um)
-    return np.array([one.residual_um - float(np.mean(by_part[one.part])) for one in diagnosis.residuals])
+    for residual in diagnosis.residuals:
+        by_part[residual.part].append(residual.residual_um)
+    return np.array([residual.residual_um - float(np.mean(by_part[residual.part])) for residual in diagnosis.residuals])
 
 
 def _scatter(
@@ -187,7 +187,7 @@ def _verdict(diagnosis: MachineDiagnosisShape, say: Texts) -> str:
             share=share(diagnosis.sound, say),
         )
     else:
-        named = "; ".join(_one_of(one, say) for one in diagnosis.sets)
+        named = "; ".join(_one_of(shape, say) for shape in diagnosis.sets)
         words = say(
             "<strong>The model has wrong</strong>: {errors}. Probability that nothing is wrong: {share}.",
             errors=named,
@@ -233,7 +233,7 @@ def _sets(diagnosis: MachineDiagnosisShape, say: Texts) -> str:
     return section(
         "sets",
         say("What the model has wrong"),
-        *(_card(one, say) for one in diagnosis.sets),
+        *(_card(shape, say) for shape in diagnosis.sets),
         f"<p class='note'>{note}</p>",
         f"<h3>{say('Each error by itself')}</h3>{each}" if by_error else "",
     )
@@ -343,8 +343,8 @@ def _own_way(diagnosis: MachineDiagnosisShape, say: Texts) -> str:
     if not diagnosis.own_way:
         return ""
     rows = [
-        (str(k + 1), esc(one.error), esc(one.signal), say.number(one.correlation, 2))
-        for k, one in enumerate(diagnosis.own_way)
+        (str(k + 1), esc(shape.error), esc(shape.signal), say.number(shape.correlation, 2))
+        for k, shape in enumerate(diagnosis.own_way)
     ]
     note = say(
         "For comparison: the largest correlation first, then the largest of what it leaves, and so on [4773 §3.3]. It "

@@ -64,8 +64,8 @@ def errors_table(part: PartDiagnosisShape, say: Texts) -> str:
     """Writes the table of every error with its standard uncertainty, by device, and CMM less machine."""
     by_key: dict[tuple[str, str, str], dict[str, FeatureErrorShape]] = {}
     for device, errors in part.part.errors.items():
-        for one in errors:
-            by_key.setdefault((one.feature, one.other, one.kind), {})[device] = one
+        for error in errors:
+            by_key.setdefault((error.feature, error.other, error.kind), {})[device] = error
     if not by_key:
         return f"<p>{say('No errors of features are known.')}</p>"
     head = (
@@ -83,7 +83,7 @@ def _row(of_it: dict[str, FeatureErrorShape], say: Texts) -> tuple[str, ...]:
     return (
         esc(error_name(any_one)),
         kind_name(any_one.kind, say),
-        " / ".join(str(one.points) for one in (machine, cmm) if one is not None),
+        " / ".join(str(shape.points) for shape in (machine, cmm) if shape is not None),
         _value(machine, say),
         _value(cmm, say),
         _difference(machine, cmm, say),
@@ -125,11 +125,11 @@ def _points(part: PartDiagnosisShape, first: Sequence[str], say: Texts) -> str:
 
 def _diagrams(points: Sequence[PointShape], first: Sequence[str], say: Texts) -> tuple[str, int]:
     """Named points first, then those of the largest error, as far as the page has room."""
-    order = sorted(points, key=lambda one: (one.name not in first, -abs(one.error_pp_um)))
+    order = sorted(points, key=lambda shape: (shape.name not in first, -abs(shape.error_pp_um)))
     done: list[str] = []
     size = 0
-    for k, one in enumerate(order):
-        block = figure_block(f"point-{k + 1}", surface_figures(one, say), f"<b>{esc(one.name)}</b>")
+    for k, shape in enumerate(order):
+        block = figure_block(f"point-{k + 1}", surface_figures(shape, say), f"<b>{esc(shape.name)}</b>")
         size += len(block.encode())
         if done and size > LARGEST:
             break
@@ -145,16 +145,16 @@ def points_table(points: Sequence[PointShape], say: Texts) -> str:
     )  # fmt: skip
     rows = [
         (
-            esc(one.name),
-            with_u(one.error_pp_um, one.u_error_pp_um, say),
-            say.error(one.error_mtg_um),
-            with_u(one.error_mtg_resid_um, one.u_error_mtg_um, say),
-            say.error(one.error_proc_um),
-            with_u(one.error_proc_resid_um, one.u_error_proc_um, say),
-            say.error(one.comp_mtg_um),
-            say.error(one.comp_proc_um),
+            esc(point.name),
+            with_u(point.error_pp_um, point.u_error_pp_um, say),
+            say.error(point.error_mtg_um),
+            with_u(point.error_mtg_resid_um, point.u_error_mtg_um, say),
+            say.error(point.error_proc_um),
+            with_u(point.error_proc_resid_um, point.u_error_proc_um, say),
+            say.error(point.comp_mtg_um),
+            say.error(point.comp_proc_um),
         )
-        for one in points
+        for point in points
     ]
     return table(head, rows, stacks=True)
 
@@ -177,8 +177,8 @@ def frame_note(frame: FrameShape | None, say: Texts) -> str:
 def fixture_page(diagnosis: FixtureDiagnosisShape, say: Texts = ENGLISH) -> str:
     """Writes the page as HTML in one file."""
     figures = "".join(
-        figure_block(f"fixturing-{k + 1}", fixturing_figure(one, say), f"<b>{esc(one.name)}</b>", small=True)
-        for k, one in enumerate(diagnosis.fixturings)
+        figure_block(f"fixturing-{k + 1}", fixturing_figure(shape, say), f"<b>{esc(shape.name)}</b>", small=True)
+        for k, shape in enumerate(diagnosis.fixturings)
     )
     how = say(
         "Repeats at one point, each less their mean, with bars of 95 %; dashed: what they may vary by; grey: a drift "
@@ -204,7 +204,7 @@ def fixture_page(diagnosis: FixtureDiagnosisShape, say: Texts = ENGLISH) -> str:
 
 
 def _verdict(diagnosis: FixtureDiagnosisShape, say: Texts) -> str:
-    unstable = [one.name for one in diagnosis.fixturings if not one.stable]
+    unstable = [fixturing.name for fixturing in diagnosis.fixturings if not fixturing.stable]
     if not diagnosis.fixturings:
         words = say("Nothing is concluded; the findings say why.")
     elif unstable:
@@ -215,7 +215,7 @@ def _verdict(diagnosis: FixtureDiagnosisShape, say: Texts) -> str:
     else:
         words = say(
             "<strong>Stable</strong>: {names}. Repeats vary by no more than chance and limits allow.",
-            names=esc(", ".join(one.name for one in diagnosis.fixturings)),
+            names=esc(", ".join(fixturing.name for fixturing in diagnosis.fixturings)),
         )
     return f'<p class="verdict">{words}</p>'
 
@@ -227,15 +227,15 @@ def _table(diagnosis: FixtureDiagnosisShape, say: Texts) -> str:
     )  # fmt: skip
     rows = [
         (
-            esc(one.name),
-            str(len(one.values_um)),
-            _judged(one.spread, say, signed=False),
-            _judged(one.drift, say),
-            _judged(one.step, say) + _where(one, say),
-            "–" if one.limit_um is None else say.size(one.limit_um),
-            f"✓ {say('stable')}" if one.stable else f"<strong>✗ {say('unstable')}</strong>",
+            esc(fixturing.name),
+            str(len(fixturing.values_um)),
+            _judged(fixturing.spread, say, signed=False),
+            _judged(fixturing.drift, say),
+            _judged(fixturing.step, say) + _where(fixturing, say),
+            "–" if fixturing.limit_um is None else say.size(fixturing.limit_um),
+            f"✓ {say('stable')}" if fixturing.stable else f"<strong>✗ {say('unstable')}</strong>",
         )
-        for one in diagnosis.fixturings
+        for fixturing in diagnosis.fixturings
     ]
     note = say("± 95 %; bold: beyond what chance explains.")
     return table(head, rows, words=(0, 6), name="fixturings", stacks=True) + f"<p class='note'>{note}</p>"
@@ -310,11 +310,11 @@ def points_section(points: Sequence[PointMeansShape], say: Texts) -> str:
     )  # fmt: skip
     rows = [
         (
-            *(esc(one.feature), say.mm(one.x_mm), say.mm(one.z_mm)),
-            str(max(mean.parts for mean in (one.machine, one.cmm) if mean is not None)),
-            *(cell for mean in (one.machine, one.cmm) for cell in _mean_and_scatter(mean, say)),
+            *(esc(point.feature), say.mm(point.x_mm), say.mm(point.z_mm)),
+            str(max(mean.parts for mean in (point.machine, point.cmm) if mean is not None)),
+            *(cell for mean in (point.machine, point.cmm) for cell in _mean_and_scatter(mean, say)),
         )
-        for one in points
+        for point in points
     ]
     note = say(
         "First mean and standard deviation from part to part as the machine’s probe saw them, then as the CMM or gauge "
@@ -338,15 +338,15 @@ def means_table(means: Sequence[FeatureMeansShape], say: Texts) -> str:
     )  # fmt: skip
     rows = [
         (
-            esc(error_name(one)),
-            kind_name(one.kind, say),
-            str(max(mean.parts for mean in (one.machine, one.cmm) if mean is not None)),
-            mean_with_u(one.machine, say),
-            mean_with_u(one.cmm, say),
-            mean_with_u(one.difference, say),
-            _scatter(one, say),
+            esc(error_name(shape)),
+            kind_name(shape.kind, say),
+            str(max(mean.parts for mean in (shape.machine, shape.cmm) if mean is not None)),
+            mean_with_u(shape.machine, say),
+            mean_with_u(shape.cmm, say),
+            mean_with_u(shape.difference, say),
+            _scatter(shape, say),
         )
-        for one in means
+        for shape in means
     ]
     return table(head, rows, words=(0, 1), name="errors-table", stacks=True)
 
@@ -360,8 +360,10 @@ def _figures(series: SeriesDiagnosisShape, say: Texts) -> tuple[str, int]:
     """Figures of the errors, those furthest from none first, as far as the page has room; and how many it has not."""
     done: list[str] = []
     size = 0
-    for k, one in enumerate(sorted(series.means, key=_surprise, reverse=True)):
-        block = figure_block(f"error-{k + 1}", series_figure(series.parts, one, say), _caption(series, one, say), True)
+    for k, shape in enumerate(sorted(series.means, key=_surprise, reverse=True)):
+        block = figure_block(
+            f"error-{k + 1}", series_figure(series.parts, shape, say), _caption(series, shape, say), True
+        )
         size += len(block.encode())
         if done and size > LARGEST:
             break

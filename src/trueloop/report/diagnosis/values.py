@@ -39,15 +39,15 @@ SCATTER: Final = 5.0
 
 def unexplained(means: Sequence[FeatureMeansShape], causes: CausesShape) -> list[UnexplainedShape]:
     """Errors beyond their uncertainty on features on which probably nothing acts, furthest first."""
-    free = [one for one in means if acting(one.feature, causes) < PROBABLE]
-    found = [each for one in free for each in _of(one)]
+    free = [shape for shape in means if acting(shape.feature, causes) < PROBABLE]
+    found = [each for shape in free for each in _of(shape)]
     return sorted(found, key=lambda each: -abs(each.size_um) / max(each.standard_u_um, 1e-6))
 
 
 def acting(feature: str, causes: CausesShape) -> float:
     """Returns the probability that one cause or another acts on a feature; a cause without features acts on all."""
-    on = {one.key for one in causes.candidates if feature in one.features or not one.features}
-    return sum(one.probability for one in causes.hypotheses if on & set(one.causes))
+    on = {candidate.key for candidate in causes.candidates if feature in candidate.features or not candidate.features}
+    return sum(hypothese.probability for hypothese in causes.hypotheses if on & set(hypothese.causes))
 
 
 def _of(means: FeatureMeansShape) -> Iterator[UnexplainedShape]:
@@ -116,7 +116,7 @@ def seen_part(part: SeenPart, last: SeenPart | None) -> SeenPartShape:
         part,
         at=None if part.at is None else part.at.isoformat(),
         tool_set=[tool for tool, count in part.setting.items() if count > was.get(tool, count)],
-        errors={device.value: [_feature_error(one) for one in errors] for device, errors in part.errors.items()},
+        errors={device.value: [_feature_error(error) for error in errors] for device, errors in part.errors.items()},
     )
 
 
@@ -131,8 +131,8 @@ def means_of(parts: Sequence[SeenPart]) -> list[FeatureMeansShape]:
     for part in parts:
         if not part.standard:
             for key, of_it in _by_key(part).items():
-                for device, one in of_it.items():
-                    seen[key][device.value].append((one.value_mm, one.standard_u_mm))
+                for device, error in of_it.items():
+                    seen[key][device.value].append((error.value_mm, error.standard_u_mm))
                 if len(of_it) == len(SeenBy):
                     cmm, machine = of_it[SeenBy.CMM], of_it[SeenBy.MACHINE]
                     u = math.hypot(cmm.standard_u_mm, machine.standard_u_mm)
@@ -151,9 +151,9 @@ def _means(key: Key, of_it: Mapping[str, Sequence[tuple[float, float]]]) -> Feat
 def _by_key(part: SeenPart) -> dict[Key, dict[SeenBy, FeatureError]]:
     found: dict[Key, dict[SeenBy, FeatureError]] = {}
     for device, errors in part.errors.items():
-        for one in errors:
-            if math.isfinite(one.value_mm):
-                found.setdefault((one.feature, one.other, one.kind.value), {})[device] = one
+        for error in errors:
+            if math.isfinite(error.value_mm):
+                found.setdefault((error.feature, error.other, error.kind.value), {})[device] = error
     return found
 
 
@@ -213,7 +213,7 @@ def causes_shape(diagnosis: Diagnosis) -> CausesShape:
     """Returns the shape of the causes that act."""
     return CausesShape.from_values(
         diagnosis,
-        candidates=[CandidateShape.from_values(one, one.cause) for one in diagnosis.candidates],
+        candidates=[CandidateShape.from_values(candidate, candidate.cause) for candidate in diagnosis.candidates],
         hypotheses=[HypothesisShape(causes=list(keys), probability=share) for keys, share in diagnosis.hypotheses],
     )
 

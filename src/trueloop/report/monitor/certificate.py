@@ -103,8 +103,8 @@ def certificate_shape(done: Certificate, now: datetime, who: str, stated_u_um: f
     shown = CertificateShape.from_values(
         *(done, done.part, done.part.part_type),
         part_type=done.part.part_type.name,
-        characteristics=[_certified(one) for one in done.values],
-        in_force=[InForceShape.from_values(one) for one in done.in_force],
+        characteristics=[_certified(size) for size in done.values],
+        in_force=[InForceShape.from_values(in_force) for in_force in done.in_force],
         stated_u_um=stated_u_um,
         made_at=now.replace(microsecond=0),
         made_by=who,
@@ -148,23 +148,28 @@ HEAD = ("characteristic", "limits", "actual", "U (k = 2)", "verdict", "by", "not
 
 def certificate_rows(shown: CertificateShape) -> Iterator[tuple[str, ...]]:
     """Cells of a table, one row a characteristic; mm, of angles degrees."""
-    for one in shown.characteristics:
-        limits = ["" if limit is None else f"{limit:.4f}" for limit in (one.lower_limit, one.upper_limit)]
+    for characteristic in shown.characteristics:
+        limits = [
+            "" if limit is None else f"{limit:.4f}"
+            for limit in (characteristic.lower_limit, characteristic.upper_limit)
+        ]
         yield (
-            one.characteristic,
+            characteristic.characteristic,
             " … ".join(limits),
-            "" if one.actual is None else f"{one.actual:.4f}",
-            "" if one.expanded_u is None else f"{one.expanded_u:.4f}",
-            (one.verdict or "") if one.verdict == "out" or not one.missing else "not certified",
-            one.device,
-            "; ".join(one.missing),
+            "" if characteristic.actual is None else f"{characteristic.actual:.4f}",
+            "" if characteristic.expanded_u is None else f"{characteristic.expanded_u:.4f}",
+            (characteristic.verdict or "")
+            if characteristic.verdict == "out" or not characteristic.missing
+            else "not certified",
+            characteristic.device,
+            "; ".join(characteristic.missing),
         )
 
 
 def in_force_lines(shown: CertificateShape) -> Iterator[str]:
     """Yields what was in force, what is not known of it, and the certificate's hash."""
-    for one in shown.in_force:
-        yield " ".join(text for text in (f"{one.what}:", one.identity, one.words and f"({one.words})") if text)
+    for shape in shown.in_force:
+        yield " ".join(text for text in (f"{shape.what}:", shape.identity, shape.words and f"({shape.words})") if text)
     yield from (f"not known: {text}" for text in shown.missing)
     yield f"sha256 {shown.sha256}"
 
@@ -181,7 +186,7 @@ DECIMALS: Final = 4
 def certificate_page(shown: CertificateShape, say: Texts = ENGLISH) -> str:
     """Writes the page as HTML in one file."""
     title = f"{esc(shown.part_type)} {esc(shown.serial)}"
-    proven = sum(one.certified for one in shown.characteristics)
+    proven = sum(characteristic.certified for characteristic in shown.characteristics)
     counts = say("{n} of {all} characteristics are certified.", n=proven, all=len(shown.characteristics))
     body = (
         f'<header><p class="kicker">{say("trueloop · certificate of a part")}</p><h1>{title}</h1>'
@@ -214,7 +219,7 @@ def _table(shown: CertificateShape, say: Texts) -> str:
         "Lengths in {mm}, angles in degrees. Verdicts by ISO 14253-1: in where it is inside both limits by 1.645 u, "
         "out where it is outside one of them by as much. A diameter is a diameter."
     )
-    rows = [_row(one, say) for one in shown.characteristics]
+    rows = [_row(characteristic, say) for characteristic in shown.characteristics]
     return table(head, rows, words=(0, 5, 6, 7), name="certificate", stacks=True) + f"<p class='note'>{note}</p>"
 
 
@@ -253,8 +258,12 @@ def _verdict(size: CertifiedShape, say: Texts) -> str:
 def _in_force(shown: CertificateShape, say: Texts) -> str:
     head = (say("what"), say("hash or id"), say("what is known"))
     rows = [
-        [esc(say.note(one.what)), f"<code>{esc(one.identity)}</code>" if one.identity else "", esc(say.note(one.words))]
-        for one in shown.in_force
+        [
+            esc(say.note(shape.what)),
+            f"<code>{esc(shape.identity)}</code>" if shape.identity else "",
+            esc(say.note(shape.words)),
+        ]
+        for shape in shown.in_force
     ]
     return table(head, rows, words=(0, 1, 2), stacks=True) if rows else f"<p>{say('Nothing is known.')}</p>"
 
@@ -274,7 +283,9 @@ def _document(shown: CertificateShape, say: Texts) -> str:
             ("SHA-256", f"<code>{shown.sha256}</code>"),
         )
     )
-    files = dict.fromkeys(one.inspection_sha256 for one in shown.characteristics if one.inspection_sha256)
+    files = dict.fromkeys(
+        characteristic.inspection_sha256 for characteristic in shown.characteristics if characteristic.inspection_sha256
+    )
     listed = items(f"<code>{esc(one)}</code>" for one in files)
     stated = ""
     if shown.stated_u_um is not None:

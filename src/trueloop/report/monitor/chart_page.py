@@ -159,11 +159,11 @@ def chart_page(shown: ChartsShape, say: Texts = ENGLISH) -> str:
 
 
 def _verdict(shown: ChartsShape, say: Texts) -> str:
-    alarms = [one for one in shown.characteristics if one.alarms]
+    alarms = [characteristic for characteristic in shown.characteristics if characteristic.alarms]
     if not alarms:
         words = say("No alarm in {n} characteristics.", n=len(shown.characteristics))
     else:
-        said = [f"{one.characteristic} ({one.alarms[-1].last})" for one in alarms]
+        said = [f"{alarm.characteristic} ({alarm.alarms[-1].last})" for alarm in alarms]
         words = say("Alarm: {names}; in brackets the latest part that alarms.", names=esc(", ".join(said)))
     return f'<p class="verdict">{words}</p>'
 
@@ -182,7 +182,7 @@ def _how_to_read(shown: ChartsShape, say: Texts) -> str:
 
 
 def _alarms(shown: ChartsShape, say: Texts) -> str:
-    blocks = [block for one in shown.characteristics for block in _episodes(one, shown, say)]
+    blocks = [block for characteristic in shown.characteristics for block in _episodes(characteristic, shown, say)]
     if not blocks:
         return ""
     note = say(
@@ -237,15 +237,15 @@ def _table(shown: ChartsShape, say: Texts) -> str:
         say("σ short term<br>({unit})", unit=unit), say("σ of all<br>({unit})", unit=unit),
         "Cp", "Cpk", "Pp", "Ppk", say("alarms"),
     )  # fmt: skip
-    rows = [_row(one, shown, say) for one in shown.characteristics]
+    rows = [_row(characteristic, shown, say) for characteristic in shown.characteristics]
     note = say(
         "Indices with their 95 % intervals [ISO 22514-2]: Cp and Cpk with the short-term deviation, Pp and Ppk with "
         "that of all parts; for values that are normally distributed."
     )
     remarks = items(
-        f"<b>{esc(one.characteristic)}</b>: {esc(say.note(remark))}"
-        for one in shown.characteristics
-        for remark in one.remarks
+        f"<b>{esc(characteristic.characteristic)}</b>: {esc(say.note(remark))}"
+        for characteristic in shown.characteristics
+        for remark in characteristic.remarks
     )
     return table(head, rows, words=(0,), name="monitor", stacks=True) + f"<p class='note'>{note}</p>" + remarks
 
@@ -275,8 +275,8 @@ def _figures(shown: ChartsShape, say: Texts) -> tuple[str, int]:
     """Figures of all characteristics as far as the page has room, and how many it has none for."""
     done: list[str] = []
     size = 0
-    for k, one in enumerate(shown.characteristics):
-        block = figure_block(f"chart-{k + 1}", chart_figure(one, shown, say), _caption(one, say), small=True)
+    for k, shape in enumerate(shown.characteristics):
+        block = figure_block(f"chart-{k + 1}", chart_figure(shape, shown, say), _caption(shape, say), small=True)
         size += len(block.encode())
         if done and size > LARGEST:
             break
@@ -296,4 +296,4 @@ def _caption(chart: CharacteristicChartShape, say: Texts) -> str:
 def _findings(shown: ChartsShape) -> str:
     if not shown.findings:
         return ""
-    return items(f"{esc(one.code)}: {esc(one.message)} – {esc(one.hint)}" for one in shown.findings)
+    return items(f"{esc(finding.code)}: {esc(finding.message)} – {esc(finding.hint)}" for finding in shown.findings)

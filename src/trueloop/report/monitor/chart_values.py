@@ -196,16 +196,16 @@ def chart_head(shown: ChartsShape) -> tuple[str, ...]:
 
 def chart_rows(shown: ChartsShape) -> Iterator[tuple[str, ...]]:
     """Cells of the table, one row a characteristic."""
-    for one in shown.characteristics:
-        mean = sum(part.value for part in one.parts) / len(one.parts)
+    for characteristic in shown.characteristics:
+        mean = sum(part.value for part in characteristic.parts) / len(characteristic.parts)
         yield (
-            one.characteristic,
-            str(len(one.parts)),
+            characteristic.characteristic,
+            str(len(characteristic.parts)),
             signed(mean),
-            plain(one.sigma, 2),
-            str(one.baseline),
-            str(len(one.alarms)),
-            *(index_text(one.capability, name) for name in ("Cpk", "Ppk") if shown.what == "value"),
+            plain(characteristic.sigma, 2),
+            str(characteristic.baseline),
+            str(len(characteristic.alarms)),
+            *(index_text(characteristic.capability, name) for name in ("Cpk", "Ppk") if shown.what == "value"),
         )
 
 
@@ -246,7 +246,7 @@ def charts_shape(
         what=options.what,
         unit="um" if options.what == "value" else "sigma",
         rules=list(options.rules),
-        characteristics=[_characteristic(one, scale) for one in charted],
+        characteristics=[_characteristic(series, scale) for series in charted],
         findings=findings_shape(findings),
     )
 
@@ -325,15 +325,15 @@ def alarm_shapes(alarms: Sequence[Alarm], labels: Sequence[str]) -> list[Episode
     """Alarms each on its own, of which nothing is known that may explain them."""
     return [
         EpisodeShape(
-            first=labels[one.index],
-            last=labels[one.index],
-            since=labels[one.index],
-            alarms=[AlarmShape(serial=labels[one.index], chart=one.chart, meaning=one.meaning)],
+            first=labels[alarm.index],
+            last=labels[alarm.index],
+            since=labels[alarm.index],
+            alarms=[AlarmShape(serial=labels[alarm.index], chart=alarm.chart, meaning=alarm.meaning)],
             causes=[],
             unknown=0.0,
             chance=0.0,
         )
-        for one in alarms
+        for alarm in alarms
     ]
 
 

@@ -77,12 +77,12 @@ class GaugesShape(Shape):
 
 def gauges_shape(checked: Sequence[GaugeSeries]) -> GaugesShape:
     """Returns the shapes of checks."""
-    return GaugesShape(gauges=[_gauge(one) for one in checked])
+    return GaugesShape(gauges=[_gauge(series) for series in checked])
 
 
 def charts_of(shown: GaugesShape) -> ChartsShape:
     """Returns the charts alone, as a page of charts has them."""
-    charts = [one.chart for one in shown.gauges]
+    charts = [gauge.chart for gauge in shown.gauges]
     return ChartsShape(part_type="", what="value", unit="um", rules=[1], characteristics=charts, findings=[])
 
 
@@ -149,18 +149,18 @@ HEAD = (
 
 def gauge_rows(shown: GaugesShape) -> Iterator[tuple[str, ...]]:
     """Cells of a table, one row a series."""
-    for one in shown.gauges:
-        last, drift = one.checks[-1].e_n, one.drift_um_per_day
+    for gauge in shown.gauges:
+        last, drift = gauge.checks[-1].e_n, gauge.drift_um_per_day
         yield (
-            one.device,
-            one.standard,
-            one.characteristic,
-            str(len(one.checks)),
-            signed(one.bias_um, 2) + ("" if one.expanded_u_um is None else f" ± {plain(one.expanded_u_um, 2)}"),
-            "" if one.repeatability_um is None else plain(one.repeatability_um, 2),
-            "" if drift is None else f"{signed(drift, 3)} ± {plain(one.drift_half_width_um or 0.0, 3)}",
+            gauge.device,
+            gauge.standard,
+            gauge.characteristic,
+            str(len(gauge.checks)),
+            signed(gauge.bias_um, 2) + ("" if gauge.expanded_u_um is None else f" ± {plain(gauge.expanded_u_um, 2)}"),
+            "" if gauge.repeatability_um is None else plain(gauge.repeatability_um, 2),
+            "" if drift is None else f"{signed(drift, 3)} ± {plain(gauge.drift_half_width_um or 0.0, 3)}",
             "" if last is None else plain(last, 2),
-            "yes" if one.alarm else "",
+            "yes" if gauge.alarm else "",
         )
 
 
@@ -175,16 +175,16 @@ def gauge_page(shown: GaugesShape, say: Texts = ENGLISH) -> str:
     """Writes the page as HTML in one file."""
     charts = charts_of(shown)
     figures = "".join(
-        figure_block(f"gauge-{k}", chart_figure(one.chart, charts, say), _named(one), small=True)
-        for k, one in enumerate(shown.gauges, 1)
+        figure_block(f"gauge-{k}", chart_figure(shape.chart, charts, say), _named(shape), small=True)
+        for k, shape in enumerate(shown.gauges, 1)
     )
-    alarms = [one for one in shown.gauges if one.alarm]
+    alarms = [gauge for gauge in shown.gauges if gauge.alarm]
     words = say("Alarm: {names}.", names=", ".join(map(_named, alarms))) if alarms else say("No device alarms.")
     note = say(
         "Deviations are found less calibrated: positive where the device shows too much. E_n is the deviation over the "
         "expanded uncertainty of device and calibration; beyond ±1 a check fails."
     )
-    meta = say("{n} devices on standard parts.", n=len({one.device for one in shown.gauges}))
+    meta = say("{n} devices on standard parts.", n=len({gauge.device for gauge in shown.gauges}))
     body = (
         f'<header><p class="kicker">{say("trueloop · quality monitor")}</p><h1>{say("Gauges and probes")}</h1>'
         f'<p class="meta">{meta}</p><p class="verdict">{words}</p><p class="note">{note}</p></header>'
@@ -204,7 +204,7 @@ def _table(shown: GaugesShape, say: Texts) -> str:
         say("repeatability<br>({um})"), say("check to check<br>({um})"), say("drift a day<br>({um})"), say("last E_n"),
         say("alarm"),
     )  # fmt: skip
-    return table(head, [_row(one, say) for one in shown.gauges], words=(0, 1, 2, 9), name="gauges", stacks=True)
+    return table(head, [_row(gauge, say) for gauge in shown.gauges], words=(0, 1, 2, 9), name="gauges", stacks=True)
 
 
 def _row(gauge: GaugeShape, say: Texts) -> list[str]:
@@ -225,6 +225,6 @@ def _row(gauge: GaugeShape, say: Texts) -> list[str]:
 
 
 def _remarks(shown: GaugesShape, say: Texts) -> str:
-    failed = [f"{esc(say.note(check.fails))}" for one in shown.gauges for check in one.checks if check.fails]
-    said = [f"<b>{_named(one)}</b>: {esc(say.note(text))}" for one in shown.gauges for text in one.remarks]
+    failed = [f"{esc(say.note(check.fails))}" for gauge in shown.gauges for check in gauge.checks if check.fails]
+    said = [f"<b>{_named(gauge)}</b>: {esc(say.note(text))}" for gauge in shown.gauges for text in gauge.remarks]
     return items([*said, *failed]) if said or failed else ""

@@ -206,14 +206,14 @@ def _shortened(events: tuple[Event, ...]) -> list[Event]:
 def _residuals(residuals: Iterable[Residual]) -> str:
     rows = [
         (
-            esc(one.name),
-            plain(one.uncorrected_um, 3),
-            plain(one.rms_nm, 2),
-            plain(one.worst_nm, 2),
-            str(one.periods),
-            str(one.left_out) + (f" ({esc(one.why)})" if one.left_out and one.why else ""),
+            esc(residual.name),
+            plain(residual.uncorrected_um, 3),
+            plain(residual.rms_nm, 2),
+            plain(residual.worst_nm, 2),
+            str(residual.periods),
+            str(residual.left_out) + (f" ({esc(residual.why)})" if residual.left_out and residual.why else ""),
         )
-        for one in residuals
+        for residual in residuals
     ]
     head = ("run", "error to correct<br>µm RMS", "left<br>nm RMS", "largest<br>nm", "periods judged", "left out")
     return table(head, rows, name="residual-table", stacks=True)
@@ -223,12 +223,12 @@ def _timings(timings: Iterable[Timing], bare_ns: float | None) -> str:
     """In µs; the ratio is that of the medians."""
     rows = [
         (
-            esc(one.name),
-            *(plain(value / NS_PER_US, 3) for value in (one.median_ns, one.p99_ns, one.p999_ns)),
-            *([plain(one.median_ns / bare_ns, 2)] if bare_ns else []),
-            str(one.periods),
+            esc(timing.name),
+            *(plain(value / NS_PER_US, 3) for value in (timing.median_ns, timing.p99_ns, timing.p999_ns)),
+            *([plain(timing.median_ns / bare_ns, 2)] if bare_ns else []),
+            str(timing.periods),
         )
-        for one in timings
+        for timing in timings
     ]
     ratio = ["to the evaluator<br>alone"] if bare_ns else []
     head = ("what", "median<br>µs", "99 %<br>µs", "99.9 %<br>µs", *ratio, "times taken")

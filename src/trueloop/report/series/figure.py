@@ -24,8 +24,8 @@ def proposal_figure(effects: Sequence[Effect], say: Texts = ENGLISH) -> Figure:
     """Draws ● without the proposal, ◆ with it; bars hold 95 % of parts. Errors are actual less nominal size: their sign
     does not tell whether material is left on, which is less in a bore that is too large.
     """
-    before, after = ([one.error_before_mm for one in effects], [one.error_after_mm for one in effects])
-    u = [NORMAL_95 * one.standard_u_mm for one in effects]
+    before, after = ([effect.error_before_mm for effect in effects], [effect.error_after_mm for effect in effects])
+    u = [NORMAL_95 * effect.standard_u_mm for effect in effects]
     seen = [UM_PER_MM * (e + sign * w) for e, w in zip(before + after, u + u, strict=True) for sign in (-1, 1)]
     low, high = style.padded(seen)
     data = [
@@ -46,7 +46,7 @@ def proposal_figure(effects: Sequence[Effect], say: Texts = ENGLISH) -> Figure:
 def _names(effects: Sequence[Effect]) -> dict[str, list[object]]:
     most = max(LONGEST // len(effects), 3)
     names = [one if len(one) <= most else f"{one[: most - 1]}…" for one in (each.characteristic for each in effects)]
-    return {"tickvals": [k + 1 for k in range(len(effects))], "ticktext": [style.label(one) for one in names]}
+    return {"tickvals": [k + 1 for k in range(len(effects))], "ticktext": [style.label(name) for name in names]}
 
 
 def _proposal_marks(
@@ -107,19 +107,19 @@ def series_figure(series: CharacteristicSeriesShape, say: Texts = ENGLISH) -> Fi
 
 def _seen(parts: Sequence[PartShape]) -> list[float]:
     """The range of the axis: marks, and bands as far as those of parts after the first go."""
-    marks = [value for one in parts for value in (one.before_um, one.after_um)]
+    marks = [value for part in parts for value in (part.before_um, part.after_um)]
     bands = [
         value
-        for one in parts[1:]
-        if one.expected_um is not None and one.band_um is not None
-        for value in (one.expected_um - one.band_um, one.expected_um + one.band_um)
+        for part in parts[1:]
+        if part.expected_um is not None and part.band_um is not None
+        for value in (part.expected_um - part.band_um, part.expected_um + part.band_um)
     ]
     return marks + bands
 
 
 def _serials(parts: Sequence[PartShape]) -> dict[str, Any]:
     """Serial numbers at some of the parts, no more than are legible."""
-    step = max(1, -(-len(parts) // TICKS), max(len(one.serial) for one in parts) * len(parts) // 45)
+    step = max(1, -(-len(parts) // TICKS), max(len(part.serial) for part in parts) * len(parts) // 45)
     at = list(range(0, len(parts), step))
     return {"tickvals": [k + 1 for k in at], "ticktext": [style.label(parts[k].serial) for k in at]}
 
@@ -128,10 +128,14 @@ def _bands(x: Sequence[float], parts: Sequence[PartShape], scale: float) -> list
     """Of every part a bar from the lower to the upper end of its band."""
     xs: list[float | None] = []
     ys: list[float | None] = []
-    for at, one in zip(x, parts, strict=True):
-        if one.expected_um is not None and one.band_um is not None:
+    for at, part_shape in zip(x, parts, strict=True):
+        if part_shape.expected_um is not None and part_shape.band_um is not None:
             xs += [at, at, None]
-            ys += [(one.expected_um - one.band_um) * scale, (one.expected_um + one.band_um) * scale, None]
+            ys += [
+                (part_shape.expected_um - part_shape.band_um) * scale,
+                (part_shape.expected_um + part_shape.band_um) * scale,
+                None,
+            ]
     return [style.lines(xs, ys, style.STEEL, 9)] if xs else []
 
 
@@ -151,28 +155,28 @@ def _tool_set(x: Sequence[float], parts: Sequence[PartShape], ends: tuple[float,
     """A dotted line before a part for which the tool was set."""
     return [
         style.lines([at - 0.5, at - 0.5], list(ends), style.INK, 1.5, line={"dash": "dot"})
-        for at, one in zip(x, parts, strict=True)
-        if one.tool_set
+        for at, part_shape in zip(x, parts, strict=True)
+        if part_shape.tool_set
     ]
 
 
 def _marks(x: Sequence[float], parts: Sequence[PartShape], say: Texts) -> list[Trace]:
     scale = say.per_um
     pairs = list(zip(x, parts, strict=True))
-    other = [(at, one) for at, one in pairs if one.correction_um != 0.0]
+    other = [(at, part_shape) for at, part_shape in pairs if part_shape.correction_um != 0.0]
     traces = []
     if other:
-        before = [one.before_um * scale for _, one in other]
+        before = [part_shape.before_um * scale for _, part_shape in other]
         traces.append(
             style.dots([at for at, _ in other], before, [""] * len(other), color=BEFORE, symbol="circle-open", size=6)
         )
-    says = [_hover(one, say) for one in parts]
-    after = [one.after_um * scale for one in parts]
+    says = [_hover(part, say) for part in parts]
+    after = [part.after_um * scale for part in parts]
     traces.append(style.dots(list(x), after, says, color=AFTER, size=6))
-    alarms = [(at, one) for at, one in pairs if one.alarm]
+    alarms = [(at, part_shape) for at, part_shape in pairs if part_shape.alarm]
     if alarms:
-        where, height = [at for at, _ in alarms], [one.after_um * scale for _, one in alarms]
-        words = [_hover(one, say) for _, one in alarms]
+        where, height = [at for at, _ in alarms], [part_shape.after_um * scale for _, part_shape in alarms]
+        words = [_hover(part_shape, say) for _, part_shape in alarms]
         traces.append(style.dots(where, height, words, color=ALARM, symbol="triangle-up", size=12))
     return traces
 
@@ -187,7 +191,7 @@ def _hover(part: PartShape, say: Texts) -> str:
 
 
 def _weights(x: Sequence[float], parts: Sequence[PartShape], say: Texts) -> list[Trace]:
-    values = [one.weight for one in parts]
+    values = [part.weight for part in parts]
     line = style.lines(list(x), list(values), style.SOFT, 1.2, yaxis="y2")
     dots = style.dots(list(x), values, [""] * len(values), color=style.INK, size=4)
     return [line, dots | {"yaxis": "y2"}]

@@ -24,13 +24,13 @@ def series_csv(series: SeriesShape) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
     for of_it in series.characteristics:
-        for one in of_it.parts:
-            sizes = (one.before_um, one.correction_um, one.after_um, one.expected_um, one.band_um)
+        for part in of_it.parts:
+            sizes = (part.before_um, part.correction_um, part.after_um, part.expected_um, part.band_um)
             writer.writerow([
-                *(series.part_type, of_it.characteristic, one.serial),
+                *(series.part_type, of_it.characteristic, part.serial),
                 *("" if size is None else f"{size:.3f}" for size in sizes),
-                *("" if one.inside is None else int(one.inside), f"{one.weight:.4f}"),
-                *("" if one.drift_um is None else f"{one.drift_um:.3f}", int(one.alarm), int(one.tool_set)),
+                *("" if part.inside is None else int(part.inside), f"{part.weight:.4f}"),
+                *("" if part.drift_um is None else f"{part.drift_um:.3f}", int(part.alarm), int(part.tool_set)),
             ])  # fmt: skip
     return text.getvalue()
 
@@ -52,8 +52,8 @@ HEAD = (
 
 def status_rows(series: SeriesShape) -> Iterator[tuple[str, ...]]:
     """Cells of a table, one row a characteristic."""
-    for one in series.characteristics:
-        yield _row(one)
+    for characteristic in series.characteristics:
+        yield _row(characteristic)
 
 
 def _row(series: CharacteristicSeriesShape) -> tuple[str, ...]:
@@ -78,11 +78,17 @@ def replay_rows(series: SeriesShape) -> Iterator[tuple[str, ...]]:
     """Yields the head, then one row a characteristic: what each rule would have left, and how many bands held."""
     rules = tuple(series.characteristics[0].left_rms_um) if series.characteristics else ()
     yield ("characteristic", "parts", *rules, "inside bands", "alarms")
-    for one in series.characteristics:
-        later = one.parts[1:]
+    for characteristic in series.characteristics:
+        later = characteristic.parts[1:]
         inside = f"{sum(bool(part.inside) for part in later)} of {len(later)}"
-        alarms = ", ".join(part.serial for part in one.parts if part.alarm)
-        yield (one.characteristic, str(len(one.parts)), *(plain(one.left_rms_um[r], 2) for r in rules), inside, alarms)
+        alarms = ", ".join(part.serial for part in characteristic.parts if part.alarm)
+        yield (
+            characteristic.characteristic,
+            str(len(characteristic.parts)),
+            *(plain(characteristic.left_rms_um[r], 2) for r in rules),
+            inside,
+            alarms,
+        )
 
 
 def proposal_lines(proposal: Proposal, decision: ProposalDecision | None) -> Iterator[str]:
@@ -122,17 +128,17 @@ def proposal_as_dict(proposal: Proposal, decision: ProposalDecision | None) -> d
         "made_by": proposal.made_by,
         "effects": [
             {
-                "characteristic": one.characteristic,
-                "parts": one.parts,
-                "size_change_um": round(one.size_change_mm * UM_PER_MM, 4),
-                "error_before_um": round(one.error_before_mm * UM_PER_MM, 4),
-                "error_after_um": round(one.error_after_mm * UM_PER_MM, 4),
-                "standard_u_um": round(one.standard_u_mm * UM_PER_MM, 4),
-                "probability_in_before": one.probability_in_before,
-                "probability_in_after": one.probability_in_after,
-                "weight": one.weight,
+                "characteristic": effect.characteristic,
+                "parts": effect.parts,
+                "size_change_um": round(effect.size_change_mm * UM_PER_MM, 4),
+                "error_before_um": round(effect.error_before_mm * UM_PER_MM, 4),
+                "error_after_um": round(effect.error_after_mm * UM_PER_MM, 4),
+                "standard_u_um": round(effect.standard_u_mm * UM_PER_MM, 4),
+                "probability_in_before": effect.probability_in_before,
+                "probability_in_after": effect.probability_in_after,
+                "weight": effect.weight,
             }
-            for one in proposal.effects
+            for effect in proposal.effects
         ],
         "tool_offset": None
         if offset is None

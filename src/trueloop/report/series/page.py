@@ -51,16 +51,16 @@ def _kind(series: SeriesShape, say: Texts) -> str:
 
 
 def _verdict(series: SeriesShape, say: Texts) -> str:
-    alarms = [one for one in series.characteristics if one.open_alarm is not None]
+    alarms = [characteristic for characteristic in series.characteristics if characteristic.open_alarm is not None]
     if alarms:
         words = say(
             "Alarm: {names}. Proposals of these wait until the cause is found.",
-            names=esc(", ".join(f"{one.characteristic} ({one.open_alarm})" for one in alarms)),
+            names=esc(", ".join(f"{alarm.characteristic} ({alarm.open_alarm})" for alarm in alarms)),
         )
     elif series.kind == "status":
         words = say(
             "No alarm. {n} of {all} characteristics propose a change for the next part.",
-            n=sum(one.next is not None for one in series.characteristics),
+            n=sum(characteristic.next is not None for characteristic in series.characteristics),
             all=len(series.characteristics),
         )
     else:
@@ -70,7 +70,7 @@ def _verdict(series: SeriesShape, say: Texts) -> str:
 
 def _replayed(series: SeriesShape, say: Texts) -> str:
     """How many characteristics memory leaves less of, against what was measured and the best other rule."""
-    known = [one.left_rms_um for one in series.characteristics if one.left_rms_um]
+    known = [characteristic.left_rms_um for characteristic in series.characteristics if characteristic.left_rms_um]
     return say(
         "Memory would have left less than was measured on {better} of {all} characteristics, and less than every "
         "simpler rule on {best}.",
@@ -101,7 +101,7 @@ def _status_table(series: SeriesShape, say: Texts) -> str:
         say("drift ({um})"), say("next change<br>({um})"), say("expected then<br>({um})"),
         say("probability<br>of being in"), "Ppk", say("alarms"),
     )  # fmt: skip
-    rows = [_status_row(one, say) for one in series.characteristics]
+    rows = [_status_row(characteristic, say) for characteristic in series.characteristics]
     note = say(
         "Level: the error had nothing been corrected, ± 95 %. Change: to be added to the size of the next part. Ppk: "
         "with its lower limit of 95 %, from twenty parts on."
@@ -138,13 +138,13 @@ def _replay_table(series: SeriesShape, say: Texts) -> str:
     head = (say("characteristic"), say("parts"), *rules.values(), say("bands held"), say("alarms"))
     rows = [
         [
-            esc(one.characteristic),
-            str(len(one.parts)),
-            *(_least(one, rule, say) for rule in rules),
-            _held(one.parts[1:]),
-            esc(", ".join(part.serial for part in one.parts if part.alarm)),
+            esc(characteristic.characteristic),
+            str(len(characteristic.parts)),
+            *(_least(characteristic, rule, say) for rule in rules),
+            _held(characteristic.parts[1:]),
+            esc(", ".join(part.serial for part in characteristic.parts if part.alarm)),
         ]
-        for one in series.characteristics
+        for characteristic in series.characteristics
     ]
     note = say("Root mean square of the errors from the second part on, in {um}; the least is bold.")
     return table(head, rows, words=(0, 7), name="series", stacks=True) + _note(note)
@@ -166,8 +166,8 @@ def _figures(series: SeriesShape, say: Texts) -> tuple[str, int]:
     """Figures of all characteristics as far as the page has room, and how many it has none for."""
     done: list[str] = []
     size = 0
-    for k, one in enumerate(series.characteristics):
-        block = figure_block(f"series-{k + 1}", series_figure(one, say), _caption(one, say), small=True)
+    for k, shape in enumerate(series.characteristics):
+        block = figure_block(f"series-{k + 1}", series_figure(shape, say), _caption(shape, say), small=True)
         size += len(block.encode())
         if done and size > LARGEST:
             break
@@ -202,5 +202,5 @@ def _moves(parts: Sequence[PartShape], say: Texts) -> Iterator[str]:
 def _findings(series: SeriesShape, say: Texts) -> str:
     if not series.findings:
         return ""
-    said = items(f"{esc(one.code)}: {esc(one.message)} – {esc(one.hint)}" for one in series.findings)
+    said = items(f"{esc(finding.code)}: {esc(finding.message)} – {esc(finding.hint)}" for finding in series.findings)
     return section("findings", say("Findings"), said)

@@ -149,14 +149,14 @@ def replay_shape(
         part_type=part_type,
         kind="simulation" if simulated else "replay",
         parts=parts,
-        characteristics=[_replay(one) for one in replays],
+        characteristics=[_replay(replay) for replay in replays],
         findings=findings_shape(findings),
     )
 
 
 def findings_shape(findings: Iterable[Finding]) -> list[FindingShape]:
     """Returns the shapes of findings."""
-    return [FindingShape.from_values(one) for one in findings]
+    return [FindingShape.from_values(finding) for finding in findings]
 
 
 def _band(u_mm: float | None) -> float | None:

@@ -185,7 +185,7 @@ def share(probability: float | None, say: Texts = ENGLISH) -> str:
 
 
 def _counted(judgements: Sequence[Judgement], say: Texts) -> str:
-    counts = {kind: sum(one.verdict == kind for one in judgements) for kind in VERDICTS}
+    counts = {kind: sum(judgement.verdict == kind for judgement in judgements) for kind in VERDICTS}
     words = {
         "in": say("{n} within limits", n=counts["in"]),
         "out": say("{n} out of limits", n=counts["out"]),

@@ -35,7 +35,7 @@ def profile_as_dict(
     """Converts a profile and what of it a nose reaches; x is a radius, turns are positive at convex corners. The
     frames of its set-ups where it has several.
     """
-    frames = [asdict(one) | {"z_of_program": one.words} for one in setups]
+    frames = [asdict(setup) | {"z_of_program": setup.words} for setup in setups]
     return ({"setups": frames} if frames else {}) | {
         "part": name,
         "length_mm": profile.length_mm,
@@ -100,7 +100,8 @@ def picture_of_sheet(read: "DxfSheet", outline: int | None) -> str:
         if np.all(np.isfinite(ends := np.array([view.axis.low_mm, view.axis.high_mm])))
     ]
     ways = [
-        Way(k, f"{one.side}, {one.described}", _on_sheet(one), k == chosen) for k, one in enumerate(read.contours, 1)
+        Way(k, f"{candidate.side}, {candidate.described}", _on_sheet(candidate), k == chosen)
+        for k, candidate in enumerate(read.contours, 1)
     ]
     return picture(read.file.name, edges, axes, ways)
 

@@ -71,13 +71,13 @@ def _shape(correction: Correction) -> CorrectionShape:
         ],
         predicted_is="a prediction, not a measurement; expanded uncertainties hold 95 %",
         between_cuts=between_cuts_words(correction.options.between_cuts),
-        components=[ComponentShape.from_values(one) for one in record.components],
+        components=[ComponentShape.from_values(component) for component in record.components],
         by_tool=None if by_tool is None else ByToolShape.model_validate(by_tool),
         tool_offset=OffsetShape.model_validate(
             {**correction.wear.as_dict(), "leaves": list(_left_by_offset(correction))}
         ),
         decision=AxesShape(x=decision.words[0], z=decision.words[1], readings="".join(decision.words[2:])),
-        suspect_touches=[SuspectShape.model_validate(one.as_dict()) for one in model.suspects],
+        suspect_touches=[SuspectShape.model_validate(suspect.as_dict()) for suspect in model.suspects],
         notes=list(correction.notes),
         model_notes=list(model.notes),
         scatter_um=model.scatter_mm * UM_PER_MM,
@@ -105,7 +105,7 @@ def _feature(of: FeatureSummary, sources: FeatureSources) -> FeatureShape:
         *(of, of.figures),
         predicted_worst_um=known(of.expected_um),
         predicted_expanded_u_um=known(of.expanded_u_um),
-        sources=[_source(one) for one in sources.shares],
+        sources=[_source(share) for share in sources.shares],
     )
 
 
@@ -121,17 +121,17 @@ def _source(of: Share) -> SourceShape:
 
 def _junctions(correction: Correction) -> Iterator[JunctionShape]:
     names = correction.profile.names
-    for one in correction.model.junctions:
-        x_um, z_um = (length * UM_PER_MM for length in one.displacement_mm)
+    for junction in correction.model.junctions:
+        x_um, z_um = (length * UM_PER_MM for length in junction.displacement_mm)
         yield JunctionShape(
-            before=None if one.before is None else names[one.before],
-            after=None if one.after is None else names[one.after],
-            kind=None if one.kind is None else str(one.kind),
-            error_before_um=None if one.error_before_mm is None else one.error_before_mm * UM_PER_MM,
-            error_after_um=None if one.error_after_mm is None else one.error_after_mm * UM_PER_MM,
+            before=None if junction.before is None else names[junction.before],
+            after=None if junction.after is None else names[junction.after],
+            kind=None if junction.kind is None else str(junction.kind),
+            error_before_um=None if junction.error_before_mm is None else junction.error_before_mm * UM_PER_MM,
+            error_after_um=None if junction.error_after_mm is None else junction.error_after_mm * UM_PER_MM,
             displacement_x_um=x_um,
             displacement_z_um=z_um,
-            note=one.note,
+            note=junction.note,
         )
 
 

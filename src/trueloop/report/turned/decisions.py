@@ -25,7 +25,7 @@ def decisions(correction: Correction, say: Texts = ENGLISH) -> str:
         say("Program and limits"): program,
     }
     return "".join(
-        f"<h3>{heading}</h3>{items(esc(say.note(one)) for one in words)}" for heading, words in groups.items()
+        f"<h3>{heading}</h3>{items(esc(say.note(word)) for word in words)}" for heading, words in groups.items()
     )
 
 
@@ -105,10 +105,10 @@ def by_tool_as_dict(correction: Correction) -> dict[str, object] | None:
     return {
         "words": of.words,
         "comes_first": of.comes_first,
-        "tools": [vars(one) for one in of.tools],
+        "tools": [vars(tool) for tool in of.tools],
         "share": of.share,
         "beyond": _beyond(of),
-        "features": [_feature(one) for one in of.features],
+        "features": [_feature(feature) for feature in of.features],
     }
 
 

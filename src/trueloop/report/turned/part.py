@@ -36,17 +36,17 @@ def answer_of(of: EdgeCorrection) -> str:
 
 def answers(corrected: PartCorrection) -> list[str]:
     """Returns the answers of all edges in one line by set-up: `first: T1 wear X −0.024 mm (diameter), Z +0.004`."""
-    return [_named(one, "; ".join(map(answer_of, one.edges))) for one in corrected.setups]
+    return [_named(setup, "; ".join(map(answer_of, setup.edges))) for setup in corrected.setups]
 
 
 def all_to_do(corrected: PartCorrection) -> list[str]:
     """Returns what to enter and what to run, by set-up."""
-    return [_named(one, _to_do(one)) for one in corrected.setups]
+    return [_named(setup, _to_do(setup)) for setup in corrected.setups]
 
 
 def all_notes(corrected: PartCorrection) -> list[str]:
     """Returns what to know of all set-ups together, and of the edges of each."""
-    return [*corrected.notes, *(_named(one, note) for one in corrected.setups for note in _notes_of(one))]
+    return [*corrected.notes, *(_named(setup, note) for setup in corrected.setups for note in _notes_of(setup))]
 
 
 def _named(of: SetupCorrection, words: str) -> str:
@@ -54,7 +54,9 @@ def _named(of: SetupCorrection, words: str) -> str:
 
 
 def _to_do(of: SetupCorrection) -> str:
-    entered = [answer_of(one) for one in of.edges if one.correction is not None and one.correction.decision.by_offset]
+    entered = [
+        answer_of(edge) for edge in of.edges if edge.correction is not None and edge.correction.decision.by_offset
+    ]
     run = of.source_name if of.program is None else of.name
     if not entered:
         return wording("Run {program}.", program=run)
@@ -65,7 +67,7 @@ def _to_do(of: SetupCorrection) -> str:
 
 def _notes_of(of: SetupCorrection) -> list[str]:
     """Returns the notes on all edges of a set-up together."""
-    return [*(_unmeasured(one) for one in of.edges if one.correction is None), *of.notes]
+    return [*(_unmeasured(edge) for edge in of.edges if edge.correction is None), *of.notes]
 
 
 def _unmeasured(of: EdgeCorrection) -> str:
@@ -96,7 +98,7 @@ def part_as_dict(corrected: PartCorrection) -> dict[str, object]:
         "uncut": list(corrected.uncut),
         "notes": all_notes(corrected),
         "characteristics": characteristics_as_dicts(corrected.characteristics),
-        "setups": [_setup(one) for one in corrected.setups],
+        "setups": [_setup(setup) for setup in corrected.setups],
     }
 
 
@@ -129,7 +131,7 @@ def _program(of: SetupCorrection) -> dict[str, object]:
         "program_sha256": sha256_of(of.source if of.program is None else of.program),
         "notes": _notes_of(of),
         "characteristics": characteristics_as_dicts(of.characteristics),
-        "edges": [_edge(one) for one in of.edges],
+        "edges": [_edge(edge) for edge in of.edges],
     }
 
 
@@ -158,12 +160,12 @@ def part_page(corrected: PartCorrection, reports: Mapping[tuple[str, str], str],
     """Writes the page of a part; `reports`: file name of each edge's own report, by set-up and tool."""
     title = say("{part} – correction {record}", part=esc(corrected.part), record=esc(corrected.record_id))
     notes = all_notes(corrected)
-    sizes = [*corrected.characteristics, *(size for one in corrected.setups for size in one.characteristics)]
+    sizes = [*corrected.characteristics, *(size for setup in corrected.setups for size in setup.characteristics)]
     verdict = "<br>".join(
         f"<strong>{esc('; '.join(say.note(part) for part in answer))}</strong><br>{esc(say.note(run))}"
         for answer, run in zip(_answers_in_parts(corrected), all_to_do(corrected), strict=True)
     )
-    changed = [changes for one in corrected.setups if (changes := _changes_of(one, say)) or corrected.in_setups]
+    changed = [changes for setup in corrected.setups if (changes := _changes_of(setup, say)) or corrected.in_setups]
     body = (
         f"<header><h1>{esc(corrected.part)}</h1></header><p class='verdict'>{verdict}</p>"
         + (_setups(corrected, say) if corrected.in_setups else "")
@@ -179,19 +181,19 @@ def _answers_in_parts(corrected: PartCorrection) -> list[list[str]]:
     """The answers by set-up as sentences that can be translated: those of each edge, or, with set-ups, of all."""
     if corrected.in_setups:
         return [[answer] for answer in answers(corrected)]
-    return [[answer_of(one) for one in corrected.edges]]
+    return [[answer_of(edge) for edge in corrected.edges]]
 
 
 def _setups(corrected: PartCorrection, say: Texts) -> str:
     head = (say("set-up"), say("program"), say("its Z by z of the part"), say("features"))
     rows = [
         [
-            esc(one.frame.name),
-            f"<code>{esc(one.source_name)}</code>",
-            esc(one.frame.words),
-            esc(", ".join(one.features)),
+            esc(setup.frame.name),
+            f"<code>{esc(setup.source_name)}</code>",
+            esc(setup.frame.words),
+            esc(", ".join(setup.features)),
         ]
-        for one in corrected.setups
+        for setup in corrected.setups
     ]
     left = [["–", "", "", esc(", ".join(corrected.uncut))]] if corrected.uncut else []
     frames = table(head, [*rows, *left], words=(0, 1, 2, 3), name="frames", stacks=True)
@@ -228,10 +230,10 @@ def _rows_of_edge(of: EdgeCorrection, report: str, say: Texts) -> Iterator[list[
             yield [esc(name), tool, "0", "", "", "", words]
         return
     link = f"<a href='{esc(report)}'>{tool}</a>"
-    for one in feature_summaries(of.correction, say):
-        before, after = one.figures.before_worst_um, one.expected_um
-        sizes = [say.error(before), say.error(after), say.size(one.expanded_u_um)]
-        yield [esc(one.feature), link, str(one.figures.touches), *sizes, esc(one.correction)]
+    for summary in feature_summaries(of.correction, say):
+        before, after = summary.figures.before_worst_um, summary.expected_um
+        sizes = [say.error(before), say.error(after), say.size(summary.expanded_u_um)]
+        yield [esc(summary.feature), link, str(summary.figures.touches), *sizes, esc(summary.correction)]
 
 
 def _changes_of(of: SetupCorrection, say: Texts) -> str:
@@ -252,7 +254,7 @@ PLACES: Final = 33
 
 def drawing(corrected: PartCorrection) -> str:
     """Draws both halves of the section about the axis; below, a line for each set-up with where its +Z points."""
-    of = {name: k for k, one in enumerate(corrected.setups) for name in one.features}
+    of = {name: k for k, correction in enumerate(corrected.setups) for name in correction.features}
     ways = [(_places(feature), of.get(feature.name)) for feature in corrected.profile.features]
     every = np.concatenate([places for places, _ in ways])
     low, high, most = every[:, 1].min(), every[:, 1].max(), every[:, 0].max()
@@ -275,10 +277,12 @@ def drawing(corrected: PartCorrection) -> str:
         f'<path d="M{MARGIN_PX / 3} {axis_px:.2f}H{right_px + 2 * MARGIN_PX / 3:.2f}" stroke="{style.SOFT}" '
         'stroke-dasharray="14 4 3 4"/>'
     )
-    for k, one in enumerate(corrected.setups):
+    for k, correction in enumerate(corrected.setups):
         y = below_px + k * ROW_PX
-        arrow = "←" if one.frame.backwards else "→"
-        body.append(f'<text x="{MARGIN_PX}" y="{y:.1f}" fill="{_colour(k)}">■ {esc(one.frame.name)}: +Z {arrow}</text>')
+        arrow = "←" if correction.frame.backwards else "→"
+        body.append(
+            f'<text x="{MARGIN_PX}" y="{y:.1f}" fill="{_colour(k)}">■ {esc(correction.frame.name)}: +Z {arrow}</text>'
+        )
     height = below_px + len(corrected.setups) * ROW_PX
     return (
         f'<svg role="img" viewBox="0 0 {WIDTH_PX:.0f} {height:.0f}" width="100%" font-size="14" '

@@ -102,7 +102,7 @@ def memory_section(correction: Correction, say: Texts, figure: Shown) -> str:
     memory = correction.memory
     if memory is None:
         return ""
-    words = "".join(f"<li>{esc(say.note(one))}</li>" for one in memory.words(correction.profile))
+    words = "".join(f"<li>{esc(say.note(word))}</li>" for word in memory.words(correction.profile))
     said = f"<ul>{words}</ul>"
     expected = memory.expected
     if expected is None:

@@ -34,12 +34,12 @@ def source_name(source: Source, say: Texts) -> str:
 def source_bars(correction: Correction, width: int, say: Texts = ENGLISH) -> Figure:
     """Draws a bar in µm for the mean share of each source, red = leaves material on, with ± U (95 %) as a line."""
     places, notes, traces, ends, row = dict[float, str](), list[dict[str, object]](), list[Trace](), [0.0], 0.0
-    for one in correction.sources:
-        notes.append({"row": row, "text": f"<b>{esc(correction.profile.names[one.index])}</b>"})
-        for share in one.shares:
+    for source in correction.sources:
+        notes.append({"row": row, "text": f"<b>{esc(correction.profile.names[source.index])}</b>"})
+        for share in source.shares:
             row -= 1.0
             places[row] = source_name(share.source, say)
-            traces += _bar(correction, one, share, row, say)
+            traces += _bar(correction, source, share, row, say)
             u = coverage_factor() * share.standard_u_mm
             ends += [(share.mean_mm - u) * UM_PER_MM, (share.mean_mm + u) * UM_PER_MM]
         row -= 1.5
@@ -107,8 +107,10 @@ def sources_section(
 
 
 def _table(correction: Correction, say: Texts) -> str:
-    shown = [one for one in Source if any(share.source is one for of in correction.sources for share in of.shares)]
-    headings = (say("feature"), *(source_name(one, say) for one in shown), say("sum<br>{um}"))
+    shown = [
+        source for source in Source if any(share.source is source for of in correction.sources for share in of.shares)
+    ]
+    headings = (say("feature"), *(source_name(source, say) for source in shown), say("sum<br>{um}"))
     rows = [_row(correction, of, shown, say) for of in correction.sources]
     return table(headings, rows, words=(0,), name="source-shares", stacks=True)
 

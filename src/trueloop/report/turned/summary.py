@@ -53,7 +53,7 @@ def _worst_touch(correction: Correction, say: Texts) -> tuple[str, str, str]:
 def _untouched_words(correction: Correction, say: Texts) -> Iterator[str]:
     """A sentence on the features without a touch: what is expected of each, and how sure that is."""
     summaries = feature_summaries(correction, say)
-    untouched = [f"{one.feature} {one.expected}" for one in summaries if not one.figures.touches]
+    untouched = [f"{summary.feature} {summary.expected}" for summary in summaries if not summary.figures.touches]
     if untouched:
         yield say("Without a touch: {features}.", features="; ".join(untouched))
 
@@ -106,7 +106,9 @@ def feature_table(correction: Correction, say: Texts = ENGLISH) -> str:
         say("largest U<br>{um}"), say("correction"),
     )  # fmt: skip
     summaries = feature_summaries(correction, say)
-    rows = [_row(one.feature, one.figures, one.expanded_u_um, one.correction, say) for one in summaries]
+    rows = [
+        _row(summary.feature, summary.figures, summary.expanded_u_um, summary.correction, say) for summary in summaries
+    ]
     every = touch_figures(correction, np.arange(len(correction.touches.point)))
     widest_um = float(np.max(correction.prediction.expanded_u_mm)) * UM_PER_MM
     last = _row(say("all touches"), every, widest_um, "", say)
@@ -182,9 +184,9 @@ def header(record: Record) -> Header:
         drawing=part.drawing if part else "",
         revision=part.revision if part else "",
         material=part.material if part else "",
-        serial=_all(one.part.serial for one in inspections),
-        operator=_all(one.operator for one in inspections),
-        device=_all(one.device for one in inspections),
+        serial=_all(inspection.part.serial for inspection in inspections),
+        operator=_all(inspection.operator for inspection in inspections),
+        device=_all(inspection.device for inspection in inspections),
         machine=machine.name if machine else "",
         machine_serial=machine.serial if machine else "",
         program=program.name,
@@ -196,7 +198,9 @@ def header(record: Record) -> Header:
         insert=edge.insert if edge else "",
         corner=edge.corner if edge else "",
         edge_set_at=_iso(record.edge_set_at),
-        measured_at=_iso(max((one.measured_at for one in inspections if one.measured_at), default=None)),
+        measured_at=_iso(
+            max((inspection.measured_at for inspection in inspections if inspection.measured_at), default=None)
+        ),
         corrected_at=record.made_at,
         corrected_by=record.made_by,
         record_id=record.id,

@@ -45,14 +45,14 @@ def places_figure(
     outline = outline_mm(profile) / per
     largest, gap = float(outline[:, 0].max()), MARGIN * diagonal_mm(profile) / per
     traces, notes, rows = material(outline, profile.side), [], 0
-    for number, one in enumerate(planned, 1):
-        if one.quantity is Quantity.DIAMETER and one.at_z_mm is not None:
-            z, x, top = one.at_z_mm / per, one.nominal / 2 / per, largest + gap / 2
+    for number, characteristic in enumerate(planned, 1):
+        if characteristic.quantity is Quantity.DIAMETER and characteristic.at_z_mm is not None:
+            z, x, top = characteristic.at_z_mm / per, characteristic.nominal / 2 / per, largest + gap / 2
             traces.append(style.lines([z, z], [-x, top - 0.2 * gap], style.TAKEN, 1.2))
             notes.append(style.note(z, top, f"<b>{number}</b>", font={"color": style.INK}))
-        elif one.quantity is Quantity.LENGTH:
+        elif characteristic.quantity is Quantity.LENGTH:
             rows += 1
-            low, high = (end / per for end in _ends_z_mm(profile, one))
+            low, high = (end / per for end in _ends_z_mm(profile, characteristic))
             x = -largest - rows * gap
             traces.append(style.lines([low, high], [x, x], style.TAKEN, 1.2))
             notes.append(style.note((low + high) / 2, x + 0.35 * gap, f"<b>{number}</b>", font={"color": style.INK}))
@@ -73,7 +73,11 @@ def _marked_mm(profile: Profile, planned: Sequence[Characteristic]) -> list[Arra
     found = []
     for feature in profile.features:
         start, end = (float(point[1]) for point in (feature.start_mm, feature.end_mm))
-        at = [one.at_z_mm for one in planned if one.feature == feature.name and one.at_z_mm is not None]
+        at = [
+            characteristic.at_z_mm
+            for characteristic in planned
+            if characteristic.feature == feature.name and characteristic.at_z_mm is not None
+        ]
         per = 0.0 if start == end else feature.length_mm / (end - start)
         found.append(np.sort(np.array([(z - start) * per for z in at])))
     return found
@@ -96,15 +100,16 @@ def _values(planned: Sequence[Characteristic], inch: bool) -> str:
     rows = [
         [
             str(number),
-            esc(one.feature),
-            f"{WHAT.get(one.quantity, one.quantity.value)}{f' from {esc(one.other)}' if one.other else ''}",
-            shown(one.at_z_mm),
-            shown(one.nominal),
-            shown(one.lower_limit),
-            shown(one.upper_limit),
+            esc(characteristic.feature),
+            WHAT.get(characteristic.quantity, characteristic.quantity.value)
+            + (f" from {esc(characteristic.other)}" if characteristic.other else ""),
+            shown(characteristic.at_z_mm),
+            shown(characteristic.nominal),
+            shown(characteristic.lower_limit),
+            shown(characteristic.upper_limit),
             "&nbsp;",
         ]
-        for number, one in enumerate(planned, 1)
+        for number, characteristic in enumerate(planned, 1)
     ]
     head = ("No.", "Feature", "What", f"at z, {unit}", f"Nominal, {unit}", "Least", "Most", f"Measured, {unit}")
     return table(head, rows, words=(1, 2), name="readings")

@@ -40,8 +40,8 @@ def touch_rows(correction: Correction) -> list[TouchShape]:
     )  # fmt: skip
     names = correction.profile.names
     bad = np.full(len(touches.point), np.nan)
-    for one in correction.model.suspects:
-        bad[one.position] = round(one.probability, 4)
+    for suspect in correction.model.suspects:
+        bad[suspect.position] = round(suspect.probability, 4)
     weights = correction.model.weight
     numbers = np.column_stack([np.round(lengths, MM), np.round(errors, UM), weights, bad]) + 0.0  # no negative zeros
     return [

@@ -65,10 +65,10 @@ def _answer(question: Question) -> Answer:
     except TrueloopError as refused:
         return Answer(refusal=Refusal.of(refused))
     except Exception as fault:  # the service tells of it under a number, as of its own faults
-        if any(isinstance(one, MemoryError) for one in _causes(fault)):
+        if any(isinstance(cause, MemoryError) for cause in _causes(fault)):
             return Answer(exhausted=True)
         places = traceback.extract_tb(fault.__traceback__)[-4:]
-        where = ", ".join(f"{one.filename.rpartition('/')[2]}:{one.lineno}" for one in places)
+        where = ", ".join(f"{place.filename.rpartition('/')[2]}:{place.lineno}" for place in places)
         return Answer(fault=f"{type(fault).__name__}: {fault} at {where}")
 
 

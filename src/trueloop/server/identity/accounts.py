@@ -240,7 +240,7 @@ def change_account(
 def accounts(store: Store) -> list[AccountRow]:
     """Lists all accounts, by name."""
     with store.reading() as connection:
-        return [_row(one) for one in connection.execute(select(ACCOUNT).order_by(ACCOUNT.c.name))]
+        return [_row(row) for row in connection.execute(select(ACCOUNT).order_by(ACCOUNT.c.name))]
 
 
 def stale(expected: str, etag: str) -> TrueloopError:

@@ -80,7 +80,7 @@ def add_key(store: Store, new: NewKey, by: str, now: datetime) -> MadeKey:
 def keys(store: Store) -> list[KeyRow]:
     """Lists all keys that were ever made, newest first."""
     with store.reading() as connection:
-        return [_row(one) for one in connection.execute(select(API_KEY).order_by(API_KEY.c.id.desc()))]
+        return [_row(row) for row in connection.execute(select(API_KEY).order_by(API_KEY.c.id.desc()))]
 
 
 def end_key(store: Store, number: int, now: datetime, by: str = "") -> None:

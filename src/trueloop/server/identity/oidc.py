@@ -58,7 +58,7 @@ class SignIns:
         state, nonce, verifier, cookie = (secrets.token_urlsafe(_BYTES) for _ in range(4))
         address = self.provider.found(now).authorization
         with self._lock:
-            self._pending = {key: one for key, one in self._pending.items() if one.until > now}
+            self._pending = {key: pending for key, pending in self._pending.items() if pending.until > now}
             while len(self._pending) >= MOST:
                 del self._pending[next(iter(self._pending))]
             self._pending[state] = _Pending(nonce, verifier, hashed(cookie), redirect, now + LONGEST)

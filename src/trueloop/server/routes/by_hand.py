@@ -87,7 +87,7 @@ async def enter(body: MeasuredMilled, here: Here, who: By, say: Say) -> MilledEn
             found = answered(here.settings.limits, handed, milled_entries)
         texts = found.files.items()
         kept = [add_upload(here.store, name, text.encode(), who.name, here.clock()) for name, text in texts]
-        return replace(found.shown, files=tuple(FileMade(one.name, one.sha256) for one in kept))
+        return replace(found.shown, files=tuple(FileMade(upload.name, upload.sha256) for upload in kept))
 
     return await in_turn(here, read)
 

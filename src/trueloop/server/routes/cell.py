@@ -94,7 +94,7 @@ def next_block(here: Here, who: By) -> Offer | None:
 @routes.post("/facts")
 def facts(body: Facts, here: Here, who: By) -> KnownRuns:
     """Records facts of runs; a repeated fact changes nothing."""
-    told = tuple(RunFact(one.run, one.what, one.at, one.witness, one.values) for one in body.facts)
+    told = tuple(RunFact(fact.run, fact.what, fact.at, fact.witness, fact.values) for fact in body.facts)
     done = carry_out(here.store, ask.RecordFacts(told), of(who), here.clock())
     return KnownRuns(tuple(done.answer))
 

@@ -22,7 +22,7 @@ def events(
 
     def read(after: int) -> tuple[int, list[bytes]]:
         news = events_after(here.store, after)
-        return (news[-1].id if news else after), [streams.event_bytes(one) for one in news]
+        return (news[-1].id if news else after), [streams.event_bytes(new) for new in news]
 
     state = request.app.state
     return streams.stream(here, who, state.figures, state.stopping, after, read)

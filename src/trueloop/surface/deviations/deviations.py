@@ -119,7 +119,7 @@ def surface_deviations(
         if fit:
             alignment, feet, aside = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
             found += (*_left(points.name, alignment, setup_mm), *_aside(points, there, feet, aside))
-        findings = tuple(one.in_file(points.file) for one in found)
+        findings = tuple(finding.in_file(points.file) for finding in found)
         return _once(points, _filled(points, there, feet, alignment, findings))
 
 

@@ -226,7 +226,7 @@ def judged(characteristic: Characteristic, sizes: Measurand, error_mm: Array, co
         judge(value, u, known, characteristic.lower_limit, characteristic.upper_limit)
         for value, u, known in zip(values.tolist(), standard_u.tolist(), freedom, strict=True)
     ]
-    worst = min(each, key=lambda one: (one.probability_in or 0.0, one.margin or 0.0))
+    worst = min(each, key=lambda judgement: (judgement.probability_in or 0.0, judgement.margin or 0.0))
     return (
         worst
         if len(each) == 1 or worst.probability_in is None

@@ -254,7 +254,7 @@ def checked(
 ) -> Characteristic:
     """Returns the characteristic with its limits. Raises TOL-ZONE where they are empty or exclude the nominal."""
     unit, limits = characteristic.quantity.unit, (lower, upper)
-    words = " to ".join("…" if one is None else f"{one:.4f}" for one in limits) + f" {unit}"
+    words = " to ".join("…" if limit is None else f"{limit:.4f}" for limit in limits) + f" {unit}"
     if lower is not None and upper is not None and lower >= upper:
         raise _zone(characteristic, f"its limits {words} hold nothing between them", "the smaller one is `lower_limit`")
     has = profile_has(characteristic, profile)

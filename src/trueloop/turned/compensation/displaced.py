@@ -142,16 +142,16 @@ def decide_unmoved(model: ProfileErrorModel, least_mm: float, resolution_mm: flo
     rows = unmoved(model)
     if not rows:
         return None
-    off = np.array([one.value_mm for one in rows])
-    sigma = np.array([math.hypot(one.standard_u_mm, least_mm * _norm(one)) for one in rows])
-    told = np.array([_told_mm(model, one) for one in rows])
+    off = np.array([observation.value_mm for observation in rows])
+    sigma = np.array([math.hypot(observation.standard_u_mm, least_mm * _norm(observation)) for observation in rows])
+    told = np.array([_told_mm(model, observation) for observation in rows])
     p_value = upper_tail(float(np.mean((off / sigma) ** 2)), len(rows), model.degrees_of_freedom or math.inf)
-    resolved = np.array([0.5 * resolution_mm * _norm(one) for one in rows])
+    resolved = np.array([0.5 * resolution_mm * _norm(observation) for observation in rows])
     beyond = np.abs(off) > np.maximum(EXPANDED * sigma, resolved)
     if p_value > SIGNIFICANCE or not beyond.any():
         words = wording(
             "{names}: no offset changes that, and it deviates by no more than it scatters (p = {p:.2g})",
-            names=all_of([one.name for one in rows]),
+            names=all_of([observation.name for observation in rows]),
             p=p_value,
         )
         return UnmovedDecision(True, (), p_value, words)
@@ -164,9 +164,11 @@ def decide_unmoved(model: ProfileErrorModel, least_mm: float, resolution_mm: flo
 def unmoved(model: ProfileErrorModel) -> list[Seen]:
     """Returns the readings that no offset changes, but lengths whose faces are points of the fit already."""
     return [
-        one
-        for one in model.vectors.seen
-        if one.standard_u_mm > 0.0 and _no_gain(model, one) and not _is_shown(one, model.vectors)
+        observation
+        for observation in model.vectors.seen
+        if observation.standard_u_mm > 0.0
+        and _no_gain(model, observation)
+        and not _is_shown(observation, model.vectors)
     ]
 
 

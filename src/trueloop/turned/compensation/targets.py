@@ -164,7 +164,7 @@ def cramped_lines(
         length_mm = ends.end_mm - ends.start_mm
         first_mm, last_mm = (math.copysign(min(room, abs(length_mm)), length_mm) for room in (first_mm, last_mm))
         stretches = (ends.start_mm, ends.start_mm + first_mm), (ends.end_mm - last_mm, ends.end_mm)
-        if max(_off_chord_mm(corrected[cut.feature], *one) for one in stretches) > fitting.tolerance_mm:
+        if max(_off_chord_mm(corrected[cut.feature], *stretch) for stretch in stretches) > fitting.tolerance_mm:
             found.append(cut.feature)
     return sorted(set(found))
 

@@ -173,7 +173,9 @@ def suspect_touches(profile: Profile, vectors: ErrorVectors, options: FitOptions
     named: list[int] = []
     for _ in range(MOST + 1):
         kept = np.setdiff1d(everything, removed)
-        worst = max(_deletions(search, kept, _standing_out(search, kept)), key=lambda one: one.times, default=None)
+        worst = max(
+            _deletions(search, kept, _standing_out(search, kept)), key=lambda deletion: deletion.times, default=None
+        )
         if worst is None:
             break
         removed.append(worst.position)
@@ -199,7 +201,7 @@ def _standing_out(search: _Search, kept: NDArray[np.intp]) -> list[int]:
 
 def _deletions(search: _Search, kept: NDArray[np.intp], looked_at: Sequence[int]) -> list[_Deletion]:
     found = (_deletion(search, kept, k) for k in looked_at)
-    return [one for one in found if one is not None]
+    return [deletion for deletion in found if deletion is not None]
 
 
 def _deletion(search: _Search, kept: NDArray[np.intp], k: int) -> _Deletion | None:
@@ -265,14 +267,14 @@ def _judged(search: _Search, named: Sequence[int]) -> tuple[SuspectTouch, ...]:
         # Deletions of all touches on the feature of touch k and the standing-out ones of the others
         same = kept[search.vectors.feature_index[kept] == search.vectors.feature_index[k]]
         rivals = _deletions(search, kept, sorted({int(i) for i in same} | set(_standing_out(search, kept))))
-        total = 1.0 + sum(one.odds for one in rivals)
-        for one in rivals:
-            probability = one.odds / total
-            if one.position == k or probability > 1.0 - DECIDED:
-                suspect = _suspect(search, one, probability, one.position == k and _may_go(search, named, k))
-                if one.position not in found or one.position == k:
-                    found[one.position] = suspect
-    return tuple(sorted(found.values(), key=lambda one: -one.probability))
+        total = 1.0 + sum(rival.odds for rival in rivals)
+        for rival in rivals:
+            probability = rival.odds / total
+            if rival.position == k or probability > 1.0 - DECIDED:
+                suspect = _suspect(search, rival, probability, rival.position == k and _may_go(search, named, k))
+                if rival.position not in found or rival.position == k:
+                    found[rival.position] = suspect
+    return tuple(sorted(found.values(), key=lambda touch: -touch.probability))
 
 
 def _may_go(search: _Search, named: Sequence[int], k: int) -> bool:

@@ -147,7 +147,7 @@ class Budget:
 
 def joined(budgets: Sequence[Budget]) -> Budget:
     """Places of several features as one budget, in their order; all with the same degrees of freedom."""
-    return _of_causes(np.hstack([_causes(one) for one in budgets]), budgets[0].degrees_of_freedom)
+    return _of_causes(np.hstack([_causes(budget) for budget in budgets]), budgets[0].degrees_of_freedom)
 
 
 def remembered_only(standard_u_mm: Array, degrees_of_freedom: int | None) -> Budget:

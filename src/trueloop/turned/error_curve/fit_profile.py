@@ -123,7 +123,7 @@ def fit_profile(
     check_options(profile, options)
     check_vectors(profile, vectors)
     suspects = suspect_touches(profile, vectors, options) if options.bad_touches == BadTouches.LEAVE_OUT else ()
-    kept = np.setdiff1d(np.arange(len(vectors.point)), [one.position for one in suspects if one.left_out])
+    kept = np.setdiff1d(np.arange(len(vectors.point)), [suspect.position for suspect in suspects if suspect.left_out])
     good = vectors if len(kept) == len(vectors.point) else vectors.chosen(kept)
     on_part, unused = _nose(profile, good, nose)
     state = cache(partial(part_state, profile, good))

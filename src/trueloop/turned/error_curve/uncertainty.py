@@ -91,12 +91,12 @@ def process_scatter(spreads: Sequence[Spread]) -> ProcessScatter:
     zero even where the touches scatter less than the probe. Needs at least one spare touch. Valid where the probe's
     repeatability is as stated and touches scatter as cuts do.
     """
-    spare = sum(one.spare for one in spreads)
-    squares = math.fsum(one.total_mm2 for one in spreads)
-    probe = math.fsum(one.spare * one.probe_mm2 for one in spreads) / spare
-    lengths = max(len(one.shares) for one in spreads)
+    spare = sum(spread.spare for spread in spreads)
+    squares = math.fsum(spread.total_mm2 for spread in spreads)
+    probe = math.fsum(spread.spare * spread.probe_mm2 for spread in spreads) / spare
+    lengths = max(len(spread.shares) for spread in spreads)
     k = coverage_factor(spare)
-    independent = squares < ROUNDING_MM2 or all(np.all(one.shares == 1.0) for one in spreads)
+    independent = squares < ROUNDING_MM2 or all(np.all(spread.shares == 1.0) for spread in spreads)
     whole_mm = math.sqrt(squares / spare)
     if not independent:
         whole_mm = _half_width(*_posterior(spreads, squares, 0.0, spare)) / k
@@ -120,9 +120,9 @@ def _posterior(spreads: Sequence[Spread], squares: float, probe: float, spare: i
     v = squares / x - probe
     log_weight: Array = -4.0 * np.log(root)[None, :]
     information: Array = np.zeros((1, STEPS))
-    for one in spreads:
-        shares, squared = one.shares[:, None, :], one.squares_mm2[:, None, :]
-        total = v[:, None] * shares + (one.probe_mm2 if probe > 0.0 else 0.0)
+    for spread in spreads:
+        shares, squared = spread.shares[:, None, :], spread.squares_mm2[:, None, :]
+        total = v[:, None] * shares + (spread.probe_mm2 if probe > 0.0 else 0.0)
         log_weight = log_weight - 0.5 * np.sum(np.log(total) + squared / total, axis=-1)
         information = information + np.sum((shares / total) ** 2, axis=-1)
     log_weight = log_weight + 0.5 * np.log(information)

@@ -148,7 +148,7 @@ def answer_by_tool(
     """
     entered = np.array(wear_mm)
     offset_mm, vectors = np.array(decision.whole_offset_mm) - entered, model.vectors
-    of_readings = {index for one in vectors.seen for index in one.feature_index.tolist()}
+    of_readings = {index for observation in vectors.seen for index in observation.feature_index.tolist()}
     touched = {*vectors.feature_index.tolist(), *of_readings}
     features, own, left, places = [], [], [], []
     for index, (feature, curve, piece) in enumerate(zip(profile.features, model.curves, commanded, strict=True)):

@@ -119,7 +119,7 @@ def joins_mm(path: ToolPath, span: tuple[int, int], nose_radius_mm: float) -> fl
     R (1 − cos δ) off the second (as LinuxCNC 2.9 drives it).
     """
     moves = _cutting(path, span)
-    turns = [_turn_rad(one, after) for one, after in pairwise(moves)]
+    turns = [_turn_rad(move, after) for move, after in pairwise(moves)]
     largest = max((turn for turn in turns if turn < NO_CORNER_RAD), default=0.0)
     return nose_radius_mm * (1.0 - math.cos(largest))
 
@@ -232,15 +232,17 @@ def require_nose_fits(
     has a way of its own to, and its line there is returned.
     """
     own = []
-    for one in obstacles:
-        line, code = one.found.place.line or 0, one.found.code
+    for obstacle in obstacles:
+        line, code = obstacle.found.place.line or 0, obstacle.found.code
         if not lines[0] <= line <= lines[1]:
             continue
-        near = [g.found.place.line or 0 for g in accepted if np.linalg.norm(g.start_mm - one.start_mm) <= within_mm]
+        near = [
+            g.found.place.line or 0 for g in accepted if np.linalg.norm(g.start_mm - obstacle.start_mm) <= within_mm
+        ]
         if code is not Code.NC_GOUGE or not near:
-            where = f"line {line} of the corrected program: {one.found.message}"
-            place = Place(one.found.place.file)
-            raise code.refusal(where, hint=one.found.hint, place=place, values=one.found.values)
+            where = f"line {line} of the corrected program: {obstacle.found.message}"
+            place = Place(obstacle.found.place.file)
+            raise code.refusal(where, hint=obstacle.found.hint, place=place, values=obstacle.found.values)
         own.append(near[0])
     return tuple(own)
 

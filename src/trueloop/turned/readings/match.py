@@ -54,9 +54,9 @@ def match_inspection(
     points = match_points(profile, inspection, names, axis)
     along = points.axis or axis or "z"
     found: list[Outcome] = [
-        _reading(profile, _named(profile, one, names), inspection, along) for one in inspection.readings
+        _reading(profile, _named(profile, reading, names), inspection, along) for reading in inspection.readings
     ]
-    found += [_touch(profile, one, names, inspection.ball_radius_mm) for one in inspection.touches]
+    found += [_touch(profile, touch, names, inspection.ball_radius_mm) for touch in inspection.touches]
     return Matches(
         tuple(one for one in found if isinstance(one, MatchedReading)),
         (*(one for one in found if isinstance(one, MatchedTouch)), *points.touches),
@@ -141,10 +141,14 @@ def _named_length(profile: Profile, reading: Reading, index: int) -> Outcome:
     other = feature_named(profile, reading.other) if reading.other else None
     if reading.other and other is None:
         return Left(reading, f"{reading.other!r}, from which it counts, is no feature of the part")
-    of_it = [one for one in candidates(profile, reading) if index in (one.feature_index, one.other_index)]
+    of_it = [
+        candidate
+        for candidate in candidates(profile, reading)
+        if index in (candidate.feature_index, candidate.other_index)
+    ]
     if other is not None:
-        of_it = [one for one in of_it if other in (one.feature_index, one.other_index)]
-    return _by_geometry(profile, reading, [_from(one, index) for one in of_it], "name")
+        of_it = [candidate for candidate in of_it if other in (candidate.feature_index, candidate.other_index)]
+    return _by_geometry(profile, reading, [_from(candidate, index) for candidate in of_it], "name")
 
 
 def _from(candidate: Candidate, index: int) -> Candidate:
@@ -159,7 +163,7 @@ def _by_geometry(profile: Profile, reading: Reading, fitting: list[Candidate], b
     if not fitting:
         return Left(reading, f"no feature has {_size(reading)}{_blunder(profile, reading)}")
     if len(fitting) > 1:
-        names = tuple(_called(profile, one) for one in fitting)
+        names = tuple(_called(profile, candidate) for candidate in fitting)
         return Left(reading, f"{len(fitting)} features have {_size(reading)}: {', '.join(names)}", names)
     (one,) = fitting
     return _credible(profile, MatchedReading(reading, one.feature_index, one.other_index, by, one.differs))

@@ -85,12 +85,12 @@ class Matches:
     @property
     def unmatched(self) -> tuple[Left, ...]:
         """Returns the values that should be errors of the profile, of a feature that was not identified."""
-        return tuple(one for one in self.left if one.is_error)
+        return tuple(left for left in self.left if left.is_error)
 
     @property
     def kept(self) -> tuple[Left, ...]:
         """Values that are not errors of the profile."""
-        return tuple(one for one in self.left if not one.is_error)
+        return tuple(left for left in self.left if not left.is_error)
 
     @property
     def count(self) -> int:

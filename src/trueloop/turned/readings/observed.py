@@ -69,10 +69,13 @@ def repeated(profile: Profile, readings: Sequence[MatchedReading], gauging: Gaug
     for what cannot be right.
     """
     check_places(readings)
-    nominal = [nominal_of(profile, one) for one in readings]
+    nominal = [nominal_of(profile, reading) for reading in readings]
     check_sizes(readings, nominal, gauging.allowance_mm)
-    expected = {id(one): value for one, value in zip(readings, nominal, strict=True)}
-    groups = [[(one, one.reading.actual - expected[id(one)]) for one in group] for group in in_one_place(readings)]
+    expected = {id(reading): value for reading, value in zip(readings, nominal, strict=True)}
+    groups = [
+        [(reading, reading.reading.actual - expected[id(reading)]) for reading in group]
+        for group in in_one_place(readings)
+    ]
     alike: defaultdict[tuple[str, float], list[list[tuple[MatchedReading, float]]]] = defaultdict(list)
     kinds = [_gauge(group, gauging.readings_u_mm) for group in groups]
     for kind, group in zip(kinds, groups, strict=True):
@@ -83,14 +86,16 @@ def repeated(profile: Profile, readings: Sequence[MatchedReading], gauging: Gaug
 
 def _gauge(group: Sequence[tuple[MatchedReading, float]], assumed_u_mm: float) -> tuple[str, float]:
     """Returns the unit and the stated uncertainty of readings, which tell gauges apart."""
-    return group[0][0].reading.quantity.unit, stated_u([one for one, _ in group], assumed_u_mm)
+    return group[0][0].reading.quantity.unit, stated_u([reading for reading, _ in group], assumed_u_mm)
 
 
 def in_one_place(readings: Sequence[MatchedReading]) -> list[list[MatchedReading]]:
     """Returns readings of one characteristic in one place together, in the order of the first of each."""
     groups: defaultdict[tuple[object, ...], list[MatchedReading]] = defaultdict(list)
-    for one in readings:
-        groups[one.feature_index, one.other_index, one.reading.quantity, one.reading.place_mm].append(one)
+    for reading in readings:
+        groups[reading.feature_index, reading.other_index, reading.reading.quantity, reading.reading.place_mm].append(
+            reading
+        )
     return list(groups.values())
 
 
@@ -110,7 +115,7 @@ def _together(group: Sequence[tuple[MatchedReading, float]], spread: float, stat
 def stated_u(group: Sequence[MatchedReading], assumed_u_mm: float) -> float:
     """Returns the largest standard uncertainty that readings of one kind state, mm or degrees; else the assumed one."""
     assumed = assumed_u_mm if group[0].reading.quantity.unit == "mm" else math.degrees(assumed_u_mm / 10.0)
-    return max(assumed if one.reading.standard_u is None else one.reading.standard_u for one in group)
+    return max(assumed if reading.reading.standard_u is None else reading.reading.standard_u for reading in group)
 
 
 def seen_by(profile: Profile, repeated: RepeatedReading, datum: int | None) -> Seen:
@@ -168,20 +173,20 @@ def datum_of(profile: Profile, readings: Sequence[MatchedReading]) -> int | None
 
     None without lengths, and where lengths count from a zero at which the profile has no face.
     """
-    lengths = [one for one in readings if one.reading.quantity is Quantity.LENGTH]
+    lengths = [reading for reading in readings if reading.reading.quantity is Quantity.LENGTH]
     if not lengths:
         return None
     if at_zero := profile.faces_at(0.0):
         return at_zero[-1]
-    if any(one.other_index is None for one in lengths):
+    if any(length.other_index is None for length in lengths):
         return None
-    counted = Counter(one.other_index for one in lengths if one.other_index is not None)
+    counted = Counter(length.other_index for length in lengths if length.other_index is not None)
     return max(counted, key=lambda k: (counted[k], k))
 
 
 def corrected(readings: Sequence[MatchedReading]) -> tuple[MatchedReading, ...]:
     """Returns those from which errors of the profile follow."""
-    return tuple(one for one in readings if one.reading.quantity in CORRECTED)
+    return tuple(reading for reading in readings if reading.reading.quantity in CORRECTED)
 
 
 CORRECTED: Final = (Quantity.DIAMETER, Quantity.RADIUS, Quantity.LENGTH, Quantity.ANGLE)
@@ -363,7 +368,7 @@ def check_repeats(
     """
     notes = []
     for group in in_one_place(corrected(readings)):
-        actual = np.array([one.reading.actual for one in group])
+        actual = np.array([reading.reading.actual for reading in group])
         u = stated_u(group, gauging.readings_u_mm)
         spread = float(np.std(actual, ddof=1)) if len(group) > 1 else 0.0
         if not spread or chdtrc(len(group) - 1, (len(group) - 1) * (spread / u) ** 2) > IMPROBABLE:

@@ -62,10 +62,10 @@ def _part(
     values = matches.count + len(matches.unmatched)
     if not matches.unmatched or matches.count >= OF_PART * values:
         return
-    tried = replace(inspection, values=tuple(one.value for one in matches.unmatched[:FEW]))
+    tried = replace(inspection, values=tuple(left.value for left in matches.unmatched[:FEW]))
     for factor, question in BLUNDERS:
         scaled = match_inspection(profile, _times(tried, factor), names, axis)
-        fitting = scaled.count + sum(bool(one.candidates) for one in scaled.left)
+        fitting = scaled.count + sum(bool(left.candidates) for left in scaled.left)
         if fitting >= EXPLAINED * len(tried.values):
             yield Finding(
                 Severity.ERROR,
@@ -174,14 +174,15 @@ ASKS: Final = {
 def check_places(readings: Sequence[MatchedReading]) -> None:
     """Refuses one characteristic at two places of one part: which of them is meant is not known."""
     first: dict[str, MatchedReading] = {}
-    for one in readings:
-        other = first.setdefault(one.reading.characteristic, one)
-        if _where(one) != _where(other):
+    for reading in readings:
+        other = first.setdefault(reading.reading.characteristic, reading)
+        if _where(reading) != _where(other):
             raise Code.MSR_PLACES.refusal(
-                f"{one.reading.characteristic!r} was read in 2 places: at {_shown(other)}, then at {_shown(one)}",
+                f"{reading.reading.characteristic!r} was read in 2 places: at {_shown(other)}, then at "
+                f"{_shown(reading)}",
                 hint="give each place a characteristic of its own; readings at one place are kept as repeats",
-                place=Place(line=one.reading.line),
-                values={"characteristic": one.reading.characteristic},
+                place=Place(line=reading.reading.line),
+                values={"characteristic": reading.reading.characteristic},
             )
 
 
@@ -190,10 +191,14 @@ def check_sizes(readings: Sequence[MatchedReading], nominal: Sequence[float], al
 
     What the cut was to leave on may be on.
     """
-    far = [k for k, one in enumerate(readings) if not _credible(one, one.reading.actual, nominal[k], allowance_mm)]
+    far = [
+        k
+        for k, reading in enumerate(readings)
+        if not _credible(reading, reading.reading.actual, nominal[k], allowance_mm)
+    ]
     if not far:
         return
-    lengths = [k for k, one in enumerate(readings) if one.reading.quantity is not Quantity.ANGLE]
+    lengths = [k for k, reading in enumerate(readings) if reading.reading.quantity is not Quantity.ANGLE]
     for factor, question in (
         (MM_PER_INCH, "inches in a column named mm?"),
         (1 / MM_PER_INCH, "millimetres in a column named in?"),
@@ -299,12 +304,12 @@ def _form_mm(vectors: ErrorVectors, a: int, b: int, limits: Limits) -> float:
 def _stands_apart(
     vectors: ErrorVectors, pair: tuple[int, int], readings: Sequence[Reading], limits: Limits
 ) -> TrueloopError:
-    read = {one.characteristic: one for one in readings}
+    read = {reading.characteristic: reading for reading in readings}
     slip, beside = (read.get(vectors.point[k]) for k in pair)
     said = [
-        f"{vectors.point[k]!r}{f' {one.actual:.4f} mm' if one else ''}, an error of "
+        f"{vectors.point[k]!r}{f' {reading.actual:.4f} mm' if reading else ''}, an error of "
         f"{vectors.error_mm[k] * UM_PER_MM:+.1f} µm"
-        for k, one in zip(pair, (slip, beside), strict=True)
+        for k, reading in zip(pair, (slip, beside), strict=True)
     ]
     scatter_mm, form_mm = _scatter_mm(vectors, *pair), _form_mm(vectors, *pair, limits)
     return Code.CMP_SCATTER.refusal(

@@ -62,15 +62,15 @@ def match_points(
         return PointMatches()
     if inspection.frame != "part":
         why = f"its position is counted from the {inspection.frame}'s zero, not from the part's"
-        return PointMatches(left=tuple(Left(one, why) for one in points))
+        return PointMatches(left=tuple(Left(point, why) for point in points))
     places = _Places.of(points)
     found = axis or _axis(profile, places, inspection.ball_radius_mm)
     if found is None:
         why = f"along no axis of its frame do {MOST:.0%} of {len(points)} points lie on the profile"
-        return PointMatches(left=tuple(Left(one, why) for one in points))
+        return PointMatches(left=tuple(Left(point, why) for point in points))
     outcomes = _matched(profile, points, places, inspection.ball_radius_mm, names, found)
-    touches = tuple(one for one in outcomes if isinstance(one, MatchedTouch))
-    return PointMatches(touches, tuple(one for one in outcomes if isinstance(one, Left)), found)
+    touches = tuple(outcome for outcome in outcomes if isinstance(outcome, MatchedTouch))
+    return PointMatches(touches, tuple(outcome for outcome in outcomes if isinstance(outcome, Left)), found)
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,9 @@ class _Places:
         """Read once: there may be millions."""
         unknown = (math.nan,) * 3
         return cls(
-            np.array([one.nominal_mm or unknown for one in points], dtype=np.float64),
-            np.array([one.measured_mm for one in points], dtype=np.float64),
-            np.array([one.outward_normal or unknown for one in points], dtype=np.float64),
+            np.array([point.nominal_mm or unknown for point in points], dtype=np.float64),
+            np.array([point.measured_mm for point in points], dtype=np.float64),
+            np.array([point.outward_normal or unknown for point in points], dtype=np.float64),
         )
 
 
@@ -177,7 +177,7 @@ def _matched(
     left: dict[int, Left] = {
         int(k): plane.far(points[k], int(near[k]), int(k), distance[k]) for k in np.flatnonzero(far)
     }
-    for k in (int(one) for one in np.flatnonzero(tied) if by[one] == "geometry"):
+    for k in (int(signedinteger) for signedinteger in np.flatnonzero(tied) if by[signedinteger] == "geometry"):
         chosen = plane.one_of(k, (int(nearest[k]), int(second[k])), points[k], away[:, k])
         if isinstance(chosen, Left):
             left[k] = chosen

@@ -66,7 +66,9 @@ def candidates(profile: Profile, reading: Reading) -> list[Candidate]:
         found = _round(profile, reading, size)
     else:
         return []
-    return sorted((one for one in found if one.differs <= within), key=lambda one: one.differs)
+    return sorted(
+        (candidate for candidate in found if candidate.differs <= within), key=lambda candidate: candidate.differs
+    )
 
 
 def within_of(reading: Reading) -> float:
@@ -88,7 +90,10 @@ def differs_from(profile: Profile, index: int, reading: Reading) -> float | None
         angle = angle_deg(feature)
         return None if angle is None else abs(size - angle)
     if reading.quantity in (Quantity.DIAMETER, Quantity.RADIUS):
-        return next((one.differs for one in _round(profile, reading, size) if one.feature_index == index), None)
+        return next(
+            (candidate.differs for candidate in _round(profile, reading, size) if candidate.feature_index == index),
+            None,
+        )
     return None
 
 
@@ -153,12 +158,16 @@ def gauge_plan(profile: Profile, characteristics: Sequence[Characteristic] = ())
     """
     datum, planned = _datum(profile), list[Characteristic]()
     for feature in profile.features:
-        own = [one for one in characteristics if one.feature == feature.name]
-        planned += [place for one in own for place in _places_of(one, feature)]
+        own = [characteristic for characteristic in characteristics if characteristic.feature == feature.name]
+        planned += [place for characteristic in own for place in _places_of(characteristic, feature)]
         kind = kind_of(feature)
-        if kind == "cylinder" and not any(one.quantity is Quantity.DIAMETER for one in own):
+        if kind == "cylinder" and not any(characteristic.quantity is Quantity.DIAMETER for characteristic in own):
             planned += _diameters(feature)
-        elif kind == "face" and feature is not datum and not any(one.quantity is Quantity.LENGTH for one in own):
+        elif (
+            kind == "face"
+            and feature is not datum
+            and not any(characteristic.quantity is Quantity.LENGTH for characteristic in own)
+        ):
             planned.append(_length(feature, datum))
     return tuple(planned)
 

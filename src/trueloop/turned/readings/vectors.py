@@ -38,9 +38,11 @@ def with_readings(
     to leave on, and the uncertainty of readings that state none. Raises MSR errors.
     """
     used = repeated(profile, corrected(readings), gauging)
-    datum = None if touches is not None and _knows_z(touches) else datum_of(profile, [one.first for one in used])
-    whole = tuple(seen_by(profile, one, datum) for one in used)
-    seen = tuple(one.less(np.full(len(one.weight), gauging.allowance_mm)) for one in whole)
+    datum = (
+        None if touches is not None and _knows_z(touches) else datum_of(profile, [reading.first for reading in used])
+    )
+    whole = tuple(seen_by(profile, reading, datum) for reading in used)
+    seen = tuple(observation.less(np.full(len(observation.weight), gauging.allowance_mm)) for observation in whole)
     if datum is not None:
         name, middle = profile.names[datum], 0.5 * profile.features[datum].length_mm
         seen = (*seen, Seen.at(f"{name} (datum)", ((datum, middle, 1.0),), 0.0, 0.0))
@@ -55,7 +57,7 @@ def require_places(readings: Sequence[MatchedReading], vectors: ErrorVectors) ->
     """
     if len(vectors.point):
         return
-    kinds = ", ".join(sorted({str(one.reading.quantity) for one in readings}))
+    kinds = ", ".join(sorted({str(reading.reading.quantity) for reading in readings}))
     raise Code.MSR_NONE.refusal(
         f"of {len(readings)} readings ({kinds}) none states where the part's surface is",
         hint="read at least one diameter or length of a feature besides",
@@ -77,8 +79,8 @@ def z_zero(vectors: ErrorVectors) -> NDArray[np.intp]:
 
 def _single(used: Sequence[RepeatedReading], readings: Sequence[Seen]) -> Iterator[_Row]:
     """Diameters and radii: one reading is the error at one place."""
-    for one, sees in zip(used, readings, strict=False):
-        if one.first.reading.quantity is not Quantity.LENGTH and len(sees.weight) == 1:
+    for reading, sees in zip(used, readings, strict=False):
+        if reading.first.reading.quantity is not Quantity.LENGTH and len(sees.weight) == 1:
             yield _Row(
                 sees.name, int(sees.feature_index[0]), float(sees.arc_length_mm[0]), sees.value_mm, sees.standard_u_mm
             )
@@ -94,10 +96,12 @@ def _faces(
     """Faces that lengths tie to the datum, to a touched face, or to the part's zero: their errors by weighted least
     squares.
     """
-    lengths = [s for one, s in zip(used, readings, strict=False) if one.first.reading.quantity is Quantity.LENGTH]
+    lengths = [
+        s for reading, s in zip(used, readings, strict=False) if reading.first.reading.quantity is Quantity.LENGTH
+    ]
     by_definition = () if datum is None or not lengths else readings[len(used) :]
     touched = () if touches is None else _touched_faces(replace(touches, seen=tuple(lengths)))
-    of_touches = {index for one in touched for index in one.feature_index.tolist()}
+    of_touches = {index for observation in touched for index in observation.feature_index.tolist()}
     for (index, along_mm), (error_mm, u_mm) in determined((*by_definition, *touched, *lengths)).items():
         if index in of_touches:
             continue
@@ -162,9 +166,9 @@ def _vectors(profile: Profile, rows: Sequence[_Row], taken: Sequence[str]) -> Er
 def _notes(
     profile: Profile, readings: Sequence[MatchedReading], used: Sequence[RepeatedReading], datum: int | None
 ) -> Iterator[str]:
-    kept = [one for one in readings if one.reading.quantity not in CORRECTED]
+    kept = [reading for reading in readings if reading.reading.quantity not in CORRECTED]
     if kept:
-        kinds = sorted({str(one.reading.quantity) for one in kept})
+        kinds = sorted({str(reading.reading.quantity) for reading in kept})
         yield wording(
             "{n} readings ({kinds}) are kept: no error of the profile follows from them.",
             n=len(kept),
@@ -175,7 +179,7 @@ def _notes(
             "Lengths say nothing of where z is counted from: {face} is the datum, its error is zero by definition.",
             face=profile.names[datum],
         )
-    if (most := max((one.count for one in used), default=1)) > 1:
+    if (most := max((reading.count for reading in used), default=1)) > 1:
         yield wording(
             "Up to {n} readings of one place: their spread is the gauge's repeatability, part of each ±U.", n=most
         )
@@ -185,7 +189,7 @@ def nominal_words(vectors: ErrorVectors) -> tuple[str, ...]:
     """Returns a remark where every reading, or every touch, is exactly nominal: a sheet that was filled in, not
     measured. The touch from which z counts is so by definition.
     """
-    read = [one.value_mm for one in vectors.seen if one.standard_u_mm > 0.0]
+    read = [observation.value_mm for observation in vectors.seen if observation.standard_u_mm > 0.0]
     touched = vectors.error_mm[~vectors.by_gauge & ~vectors.at_reference].tolist()
     words = []
     if _all_nominal(read):
@@ -203,7 +207,7 @@ def _all_nominal(deviations_mm: Sequence[float]) -> bool:
 
 def assumed_words(readings: Sequence[MatchedReading], assumed_u_mm: float) -> tuple[str, ...]:
     """Describes the uncertainty assumed of readings that state none."""
-    count = sum(one.reading.standard_u is None for one in corrected(readings))
+    count = sum(reading.reading.standard_u is None for reading in corrected(readings))
     if not count:
         return ()
     return (
@@ -257,13 +261,19 @@ def determined(readings: Sequence[Seen]) -> dict[Place, tuple[float, float]]:
     """Returns the errors at places that readings determine, (error, standard uncertainty) in mm, in the order of the
     places, by weighted least squares. What holds by definition is exact.
     """
-    exact = {_places(one)[0]: one.value_mm / float(one.weight[0]) for one in readings if one.standard_u_mm == 0.0}
-    rows = [one for one in readings if one.standard_u_mm > 0.0]
-    free = sorted({place for one in rows for place in _places(one)} - exact.keys())
+    exact = {
+        _places(reading)[0]: reading.value_mm / float(reading.weight[0])
+        for reading in readings
+        if reading.standard_u_mm == 0.0
+    }
+    rows = [reading for reading in readings if reading.standard_u_mm > 0.0]
+    free = sorted({place for observation in rows for place in _places(observation)} - exact.keys())
     terms, values = np.zeros((len(rows), len(free))), np.zeros(len(rows))
-    for row, one in enumerate(rows):
-        values[row] = one.value_mm / one.standard_u_mm
-        for place, weight in zip(_places(one), (one.weight / one.standard_u_mm).tolist(), strict=True):
+    for row, observation in enumerate(rows):
+        values[row] = observation.value_mm / observation.standard_u_mm
+        for place, weight in zip(
+            _places(observation), (observation.weight / observation.standard_u_mm).tolist(), strict=True
+        ):
             if place in exact:
                 values[row] -= weight * exact[place]
             else:
@@ -276,11 +286,11 @@ def determined(readings: Sequence[Seen]) -> dict[Place, tuple[float, float]]:
 
 def _touched_faces(vectors: ErrorVectors) -> tuple[Seen, ...]:
     """Returns the errors of touched faces at the places from which lengths count."""
-    lengths = [one for one in vectors.seen if len({*one.feature_index.tolist()}) > 1]
+    lengths = [observation for observation in vectors.seen if len({*observation.feature_index.tolist()}) > 1]
     touched = np.flatnonzero(~vectors.by_gauge)
     rows = {
         place: touched[vectors.feature_index[touched] == place[0]]
-        for place in dict.fromkeys(place for one in lengths for place in _places(one))
+        for place in dict.fromkeys(place for length in lengths for place in _places(length))
     }
     return tuple(
         Seen.at("", ((*place, 1.0),), float(np.median(vectors.error_mm[of])), float(np.mean(vectors.standard_u_mm[of])))
@@ -293,7 +303,7 @@ def own_seen(vectors: ErrorVectors, own: Collection[int]) -> tuple[Seen, ...]:
     """Returns what readings state of the features `own` alone: those that see no others, and shared ones in which
     touches or the remaining readings determine the errors of all others: these are taken out, their variance is added.
     """
-    return tuple(alone for one in vectors.seen if (alone := _own_part(one, vectors, own)) is not None)
+    return tuple(alone for observation in vectors.seen if (alone := _own_part(observation, vectors, own)) is not None)
 
 
 def _own_part(reading: Seen, vectors: ErrorVectors, own: Collection[int]) -> Seen | None:
@@ -330,21 +340,21 @@ def shared_words(vectors: ErrorVectors, owns: Sequence[Collection[int]], names: 
     """
     found: list[str] = []
     unused: list[str] = []
-    for one in vectors.seen:
-        of = {*one.feature_index.tolist()}
+    for observation in vectors.seen:
+        of = {*observation.feature_index.tolist()}
         if any(of <= {*own} for own in owns):
             continue
-        corrected = [of & {*own} for own in owns if _own_part(one, vectors, own) is not None]
+        corrected = [of & {*own} for own in owns if _own_part(observation, vectors, own) is not None]
         found.extend(
             wording(
                 "{name}: taken as the error of {feature}, counted from {other}.",
-                name=one.name,
+                name=observation.name,
                 feature=all_of([names[index] for index in sorted(mine)]),
                 other=all_of([names[index] for index in sorted(of - mine)]),
             )
             for mine in corrected
         )
-        unused.extend([] if corrected else [one.name])
+        unused.extend([] if corrected else [observation.name])
     if unused:
         found.append(
             wording(

@@ -86,7 +86,7 @@ class Service:
         """Facts, of which there may be several, or touches, or temperatures. Raises RefusedError besides."""
         first = dict(entries[0].values)
         if entries[0].what == "fact":
-            self._post("/cell/facts", {"facts": [dict(one.values) for one in entries]})
+            self._post("/cell/facts", {"facts": [dict(entry.values) for entry in entries]})
         else:
             self._post(f"/cell/{entries[0].what}", first)
 
@@ -271,10 +271,10 @@ class Client:
     def _take(self, offer: Offered) -> bool:
         """A key runs once: one that is over the service has lost the end of. Its facts are sent again."""
         if offer.key in self.known.over:
-            again = [one for one in self.journal.entries if one.values.get("run") == offer.key]
-            for one in again:
-                if one.what in ("fact", "touches"):
-                    self._note(one.what, **one.values)
+            again = [entry for entry in self.journal.entries if entry.values.get("run") == offer.key]
+            for entry in again:
+                if entry.what in ("fact", "touches"):
+                    self._note(entry.what, **entry.values)
             raise _not_ours(f"run {offer.key!r} is over: it runs once")
         gauges = offer.kind in ("probe", "inspect")
         name = _PROBE_LOG.search(offer.text) if gauges else None
@@ -300,7 +300,7 @@ class Client:
         most = BATCH
         while self.known.waiting and time.monotonic() >= self._next_try:
             batch = _batch(self.known.waiting, most)
-            numbers = [one.no for one in batch]
+            numbers = [entry.no for entry in batch]
             try:
                 self._reached(lambda given=batch: self.service.tell(given))  # type: ignore[misc]
                 self._note("acknowledged", entries=numbers)
@@ -339,7 +339,7 @@ class Client:
 
 def _batch(waiting: Sequence[Entry], most: int) -> list[Entry]:
     """The first entries that go in one request: facts together, anything else by itself."""
-    facts = list(takewhile(lambda one: one.what == "fact", waiting[:most]))
+    facts = list(takewhile(lambda entry: entry.what == "fact", waiting[:most]))
     return facts or [waiting[0]]
 
 

@@ -106,7 +106,7 @@ def _rows(lines: list[str], columns: tuple[str, ...], table: LogTable, path: Pat
 
 def _words(line: str, path: Path, number: int) -> dict[str, float]:
     """`X 12.345Z-3.000`, also with Siemens' exponent EX."""
-    found = {one[1].lower(): "".join(one[2].upper().split()).replace("EX", "E") for one in WORD.finditer(line)}
+    found = {match[1].lower(): "".join(match[2].upper().split()).replace("EX", "E") for match in WORD.finditer(line)}
     if not WORDS.fullmatch(line) or not {"x", "z"} <= set(found):
         raise _refusal(line, "no touch: it has not one X and one Z", path, number)
     return {axis: number_in(text, path, number) for axis, text in found.items()}

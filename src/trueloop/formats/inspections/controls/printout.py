@@ -66,7 +66,11 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     for number, line in enumerate(text.splitlines(), 1):
         reader.line(line, number)
     reader.require_no_half()
-    parts = tuple(_inspection(path, meaning, one) for one in reader.components if one.readings or one.points)
+    parts = tuple(
+        _inspection(path, meaning, component)
+        for component in reader.components
+        if component.readings or component.points
+    )
     reader.remarks += [*stated_deviations(reader.stated), *filled_in(parts)]
     if len(parts) > 1:
         reader.remarks.append(Remark(f"{len(parts)} component numbers: each is taken for a part of its own"))
@@ -136,7 +140,7 @@ class _Reader:
         return {"D": Quantity.DIAMETER, "R": Quantity.RADIUS}.get(letter, Quantity.LENGTH), self.mm
 
     def _point(self, point: re.Match[str], number: int) -> None:
-        words = {one[1].upper(): self._number(one[2], number) for one in WORD.finditer(point[3])}
+        words = {match[1].upper(): self._number(match[2], number) for match in WORD.finditer(point[3])}
         if missing := sorted(set("XYZIJK" if point[1] == "800" else "XYZR") - set(words)):
             raise self._refusal(f"G{point[1]} N{point[2]} has no {' and no '.join(missing)}", number)
         if not all(map(math.isfinite, words.values())):

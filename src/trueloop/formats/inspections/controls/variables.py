@@ -124,7 +124,7 @@ def key_of(name: str) -> str:
 
 def _assigned(line: str, path: Path, number: int) -> Iterator[Variable]:
     starts = list(START.finditer(line))
-    for start, following in zip(starts, [*(one.start() for one in starts[1:]), len(line)], strict=True):
+    for start, following in zip(starts, [*(match.start() for match in starts[1:]), len(line)], strict=True):
         text = line[start.end() : following].strip()
         value = None if EMPTY.fullmatch(text) else value_of(text)
         if value is None and not EMPTY.fullmatch(text):
@@ -157,7 +157,7 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     found, remarks = variables_in(text, path)
     meaning = meaning_of(stated)
     if not meaning.variables:
-        names = ", ".join(one.name for one in found[:6]) + (", …" if len(found) > 6 else "")
+        names = ", ".join(variable.name for variable in found[:6]) + (", …" if len(found) > 6 else "")
         raise not_stated(path, f"what its {len(found)} variables hold is not stated: {names}", EXAMPLE, found[0].line)
     unit = unit_of(stated, meaning, path)
     dump = _Dump(path, found, meaning.variables, MM_PER[unit])
@@ -183,7 +183,11 @@ class _Dump:
     def readings(self) -> list[Reading]:
         """Returns readings of all variables that are not a coordinate of a point and not empty."""
         sizes = [(name, table, self._variable(name)) for name, table in self.tables.items() if not table.point]
-        return [self._reading(name, table, one.value, one.line) for name, table, one in sizes if one.value is not None]
+        return [
+            self._reading(name, table, variable.value, variable.line)
+            for name, table, variable in sizes
+            if variable.value is not None
+        ]
 
     def points(self) -> list[CmmPoint]:
         """Returns the points with no empty coordinate; without y they lie in the plane of a turned part's touches."""
@@ -199,15 +203,15 @@ class _Dump:
         """Returns remarks on the variables that are empty: not measured."""
         named = [(name, table, self._variable(name)) for name, table in self.tables.items()]
         return [
-            Remark(f"{one.name} is empty: {table.point or _called(name, table)!r} was not measured", one.line)
-            for name, table, one in named
-            if one.value is None
+            Remark(f"{variable.name} is empty: {table.point or _called(name, table)!r} was not measured", variable.line)
+            for name, table, variable in named
+            if variable.value is None
         ]
 
     def others(self) -> list[Remark]:
         """Returns a remark on the variables that the mapping does not name."""
         named = {key_of(name) for name in self.tables} | {key_of(table.nominal_in) for table in self.tables.values()}
-        others = [one for one in self.found if key_of(one.name) not in named]
+        others = [variable for variable in self.found if key_of(variable.name) not in named]
         said = f"{len(others)} of {len(self.found)} variables are not in the mapping"
         return [Remark(said, others[0].line)] if others else []
 
@@ -251,13 +255,15 @@ class _Dump:
 
     def _variable(self, name: str) -> Variable:
         """The variable of that name. Raises MSR-VALUE where the dump has none, or two that differ."""
-        same = [one for one in self.found if key_of(one.name) == key_of(name)]
+        same = [variable for variable in self.found if key_of(variable.name) == key_of(name)]
         if not same:
             raise self._refusal(f"the mapping names {name!r}, which is not one of its {len(self.found)} variables")
-        for one in same[1:]:
-            if one.value != same[0].value:
+        for variable in same[1:]:
+            if variable.value != same[0].value:
                 first = f"{same[0].value} in line {same[0].line}"
-                raise self._refusal(f"{one.name} is {first} and {one.value} in line {one.line}", one.line)
+                raise self._refusal(
+                    f"{variable.name} is {first} and {variable.value} in line {variable.line}", variable.line
+                )
         return same[0]
 
     def _refusal(self, why: str, line: int | None = None) -> TrueloopError:

@@ -155,8 +155,12 @@ LOOKED_AT: Final = 500
 def _recognises(_path: Path, head: bytes) -> bool:
     """By its statements, in any encoding."""
     text = head.replace(b"\0", b"").decode("latin-1").removeprefix("ï»¿")
-    statements = islice((one for one in statements_of(text) if one.text), LOOKED_AT)
-    return any(_is_of_dmis(words) for one in statements if (words := words_of(one.text, one.line)) is not None)
+    statements = islice((statement for statement in statements_of(text) if statement.text), LOOKED_AT)
+    return any(
+        _is_of_dmis(words)
+        for statement in statements
+        if (words := words_of(statement.text, statement.line)) is not None
+    )
 
 
 def _is_of_dmis(words: Words) -> bool:
@@ -192,7 +196,12 @@ def _read(content: bytes, path: Path, stated: StatedFacts) -> MeasuredFile:
         _remark_filled_in(values, notes)
         if values:
             inspections.append(_inspection(run, values, sha256, path))
-        characteristics.update({(one.feature, one.name): one for one in characteristics_of(run)})
+        characteristics.update(
+            {
+                (characteristic.feature, characteristic.name): characteristic
+                for characteristic in characteristics_of(run)
+            }
+        )
     if not inspections:
         notes.say("it holds nothing measured that is read: no FA and no TA, as a program has none", 1)
     return MeasuredFile(
@@ -269,8 +278,8 @@ def _remark_missing(run: Run, notes: Notes, where: str) -> None:
 
 def _remark_filled_in(values: tuple[Reading | CmmPoint, ...], notes: Notes) -> None:
     """Sizes that are all nominal to the last decimal were not measured but filled in."""
-    sizes = [one for one in values if isinstance(one, Reading) and quantity_is_size(one.quantity)]
-    exact = Counter(one.actual == one.nominal for one in sizes)
+    sizes = [value for value in values if isinstance(value, Reading) and quantity_is_size(value.quantity)]
+    exact = Counter(siz.actual == siz.nominal for siz in sizes)
     if len(sizes) > 1 and exact[True] == len(sizes):
         notes.say(
             f"all {len(sizes)} diameters and radii are exactly nominal: filled in, not measured?", sizes[0].line or 0

@@ -35,7 +35,7 @@ def dmis_results(inspections: Sequence[Inspection], file: str) -> str:
     These are standard uncertainty, temperature and the time of a single reading. Raises MSR-FORMAT for centres of a
     ball and for touches: DMIS has points of the surface.
     """
-    return statements_text([line for one in inspections for line in _run(one, file)] + ["ENDFIL"])
+    return statements_text([line for inspection in inspections for line in _run(inspection, file)] + ["ENDFIL"])
 
 
 def _run(inspection: Inspection, file: str) -> Iterator[str]:
@@ -130,9 +130,9 @@ def _other(reading: Reading) -> Iterator[str]:
     distance = reading.quantity is Quantity.LENGTH and reading.nominal is not None and _is_plain(reading)
     what = "DISTB" if distance else f"USETOL,{quoted(reading.quantity.name)}"
     limits = _relative(reading) if distance else (reading.lower_limit, reading.upper_limit)
-    yield f"OUTPUT/{','.join([*(f'F({one})' for one in features), f'T({name})'])}"
+    yield f"OUTPUT/{','.join([*(f'F({feature})' for feature in features), f'T({name})'])}"
     yield f"T({name})=TOL/{what},{'NOMINL,' if distance else ''}{_fields([reading.nominal, *limits])}"
-    yield f"OUTPUT/{','.join([*(f'FA({one})' for one in features), f'TA({name})'])}"
+    yield f"OUTPUT/{','.join([*(f'FA({feature})' for feature in features), f'TA({name})'])}"
     yield f"TA({name})=TOL/{what},{_field(reading.actual)}{_verdict(reading)}"
 
 

@@ -239,8 +239,10 @@ def _inspections(
         for number in range(count):
             readings = tuple(_readings(asked, columns, number, path, remarks))
             if readings:
-                measured = [(one.characteristic, name) for one in readings for name in by[one.characteristic]]
-                times = (one.measured_at for one in readings if one.measured_at is not None)
+                measured = [
+                    (reading.characteristic, name) for reading in readings for name in by[reading.characteristic]
+                ]
+                times = (reading.measured_at for reading in readings if reading.measured_at is not None)
                 yield Inspection(
                     Part(part_type, _serial(columns, number, remarks)),
                     "readings",

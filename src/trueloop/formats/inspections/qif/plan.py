@@ -121,7 +121,7 @@ class Plan:
 
     def feature(self, identifiers: tuple[str, ...]) -> str:
         """Returns the names of features, joined."""
-        return " - ".join(name for one in identifiers if (name := self.feature_names.get(one, "")))
+        return " - ".join(name for identifier in identifiers if (name := self.feature_names.get(identifier, "")))
 
 
 def plan_of(parts: Parts, units: Units) -> Plan:
@@ -180,8 +180,8 @@ def _item(element: Element, parts: Parts, units: Units, remarks: Counter[str]) -
         upper_limit=upper,
         tolerance=tolerance,
         axis=AXES.get(axis, AXES.get(kept_in(element).get("axis", ""), "")),
-        features=tuple(one.text for ids in element.every("FeatureItemIds") for one in ids.parts),
-        devices=tuple(one.text for ids in element.every("MeasurementDeviceIds") for one in ids.parts),
+        features=tuple(part.text for ids in element.every("FeatureItemIds") for part in ids.parts),
+        devices=tuple(part.text for ids in element.every("MeasurementDeviceIds") for part in ids.parts),
         kept=kept_in(element),
         numbers=_numbers(element, name, definition),
         set_only=definition is not None and definition.words("NonTolerance") == "SET",

@@ -84,7 +84,7 @@ def take(results: ResultSet, around: str, element: Element, units: Units, remark
 def traced(element: Element) -> tuple[str, datetime | None]:
     """Returns operator and time of an inspection; the time of its report is not that of its measurement."""
     times = (iso_time(element.words(name)) for name in ("InspectionStart", "InspectionEnd"))
-    return element.words("InspectionOperator", "Name"), next((one for one in times if one is not None), None)
+    return element.words("InspectionOperator", "Name"), next((time for time in times if time is not None), None)
 
 
 def _result(element: Element, units: Units, remarks: RemarkCounts) -> Result | None:
@@ -118,7 +118,7 @@ def _result(element: Element, units: Units, remarks: RemarkCounts) -> Result | N
 
 
 def _ids(element: Element, *names: str) -> tuple[str, ...]:
-    return tuple(one.text for ids in element.parts if ids.name in names for one in ids.parts)
+    return tuple(part.text for ids in element.parts if ids.name in names for part in ids.parts)
 
 
 def _take_feature(results: ResultSet, element: Element, units: Units) -> None:
@@ -435,7 +435,7 @@ def _of_version(read: _Read) -> tuple[Remark, ...]:
 
 def _characteristics(plan: Plan) -> tuple[Characteristic, ...]:
     every = (item.characteristic(*item.features_in(plan)) for item in plan.items.values())
-    return tuple(one for one in every if one is not None)
+    return tuple(characteristic for characteristic in every if characteristic is not None)
 
 
 def _recognises(_: Path, head: bytes) -> bool:

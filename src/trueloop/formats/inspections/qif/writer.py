@@ -227,8 +227,8 @@ def _points(result: Element, writing: _Writing, points: Sequence[CmmPoint], ball
 
 def _ids(parent: Element, name: str, *identifiers: str) -> None:
     listed = SubElement(parent, name, {"n": str(len(identifiers))})
-    for one in identifiers:
-        _text(listed, "Id", one)
+    for identifier in identifiers:
+        _text(listed, "Id", identifier)
 
 
 def _counted(parent: Element, members: Element) -> None:

@@ -144,8 +144,8 @@ def numbered(readings: Iterable[Reading]) -> tuple[Reading, ...]:
 
 def filled_in(inspections: Sequence[Inspection]) -> tuple[Remark, ...]:
     """Parts of which every diameter, two or more, is exactly its nominal: filled in; and forms that are below 0."""
-    remarks = [remark for one in inspections if (remark := _filled_in(one)) is not None]
-    if signed := [reading for one in inspections for reading in one.readings if _is_signed(reading)]:
+    remarks = [remark for inspection in inspections if (remark := _filled_in(inspection)) is not None]
+    if signed := [reading for inspection in inspections for reading in inspection.readings if _is_signed(reading)]:
         text = f"{len(signed)} forms and runouts are below 0: {signed[0].characteristic!r} is {signed[0].actual:.6g} mm"
         remarks.append(Remark(f"{text}, a signed deviation, which an upper limit alone does not judge", signed[0].line))
     return tuple(remarks)
@@ -158,9 +158,9 @@ def _is_signed(reading: Reading) -> bool:
 
 def _filled_in(inspection: Inspection) -> Remark | None:
     diameters = 0
-    for one in inspection.readings:
-        if one.quantity is Quantity.DIAMETER and one.nominal is not None:
-            if one.actual != one.nominal:
+    for reading in inspection.readings:
+        if reading.quantity is Quantity.DIAMETER and reading.nominal is not None:
+            if reading.actual != reading.nominal:
                 return None
             diameters += 1
     if diameters < ENOUGH:

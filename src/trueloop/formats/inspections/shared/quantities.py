@@ -25,11 +25,11 @@ def characteristics_of(readings: Sequence[Reading]) -> tuple[Characteristic, ...
     """
     found: dict[tuple[str, str, str], Characteristic] = {}
     places: dict[tuple[str, str, str], set[float | None]] = {}
-    for one in readings:
-        key = one.characteristic, one.feature, one.axis
-        places.setdefault(key, set()).add(one.place_mm[-1] if one.place_mm else None)
-        if one.nominal is not None and key not in found:
-            found[key] = one.size(one.nominal)
+    for reading in readings:
+        key = reading.characteristic, reading.feature, reading.axis
+        places.setdefault(key, set()).add(reading.place_mm[-1] if reading.place_mm else None)
+        if reading.nominal is not None and key not in found:
+            found[key] = reading.size(reading.nominal)
     diameters = [size.feature for size in found.values() if size.quantity is Quantity.DIAMETER]
     for each, size in found.items():
         several = size.quantity is Quantity.DIAMETER and diameters.count(size.feature) > 1

@@ -29,7 +29,7 @@ def feature_names(mapping: Path | None) -> Mapping[str, str]:
         why = f"not a TOML file: {error}"
         raise Code.MSR_MAPPING.refusal(why, hint=SYNTAX_HINT, place=Place(str(mapping))) from error
     names = content.get("features", {})
-    if not isinstance(names, dict) or not all(isinstance(one, str) for one in names.values()):
+    if not isinstance(names, dict) or not all(isinstance(name, str) for name in names.values()):
         raise Code.MSR_MAPPING.refusal(
             "'features' is not a table of names in quotes", hint=NAMES_HINT, place=Place(str(mapping))
         )

@@ -128,7 +128,7 @@ def sheets_of(path: Path) -> dict[str, Grid]:
         _require_harmless(content, path)
     try:
         with CalamineWorkbook.from_filelike(io.BytesIO(content)) as book:
-            seen = [one.name for one in book.sheets_metadata if one.visible == SheetVisibleEnum.Visible]
+            seen = [metadata.name for metadata in book.sheets_metadata if metadata.visible == SheetVisibleEnum.Visible]
             sheets = {name: book.get_sheet_by_name(name) for name in seen}
             cells = {name: _unmerged(sheet) for name, sheet in sheets.items() if sheet.height}
     except CalamineError as error:
@@ -176,8 +176,8 @@ def _require_harmless(content: bytes, path: Path) -> None:
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             files = archive.infolist()
-            total = sum(one.file_size for one in files)
-            packed = max((one for one in files if one.file_size > SMALL), key=_ratio, default=None)
+            total = sum(zip_info.file_size for zip_info in files)
+            packed = max((zip_info for zip_info in files if zip_info.file_size > SMALL), key=_ratio, default=None)
             if total > LARGEST:
                 raise _refusal(path, f"unpacks to {total / 1e6:.0f} MB; {LARGEST / 1e6:.0f} MB are read")
             if packed is not None and _ratio(packed) > MOST_PACKED:
@@ -185,9 +185,9 @@ def _require_harmless(content: bytes, path: Path) -> None:
                     path,
                     f"holds a file that unpacks to {_ratio(packed):.0f} times its size; {MOST_PACKED:.0f} is the most",
                 )
-            for one in files:
-                if "/worksheets/" in one.filename or one.filename == "content.xml":
-                    _require_small(archive.read(one), path)
+            for zip_info in files:
+                if "/worksheets/" in zip_info.filename or zip_info.filename == "content.xml":
+                    _require_small(archive.read(zip_info), path)
     except (zipfile.BadZipFile, zlib.error, RuntimeError, OSError, EOFError, ValueError) as error:
         raise _refusal(path, f"is a damaged workbook: {error}") from error
 

@@ -197,9 +197,9 @@ def check(mapping: Mapping, path: Path, code: Code = Code.MSR_MAPPING) -> None:
             f"column {twice[0]!r} is named {Counter(columns.all())[twice[0]]} times",
             "one column, one meaning",
         )
-    for one, other in PAIRS:
-        if one in named and other in named:
-            raise refusal(code, path, f"{one} and {other} are 2 columns for one limit", "keep one of them")
+    for role, other in PAIRS:
+        if role in named and other in named:
+            raise refusal(code, path, f"{role} and {other} are 2 columns for one limit", "keep one of them")
     several = [name for name in ("parts", "repeats", "characteristics") if getattr(columns, name)]
     if Role.ACTUAL in named:
         several.append("actual")

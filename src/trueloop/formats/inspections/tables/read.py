@@ -132,7 +132,7 @@ def grid_of(path: Path, sheet: str = "", separator: str = "") -> Grid:
     sheets = sheets_of(path)
     if sheet in sheets:
         return sheets[sheet]
-    names = [name for name, one in sheets.items() if find_header(one.rows)] or list(sheets)
+    names = [name for name, grid in sheets.items() if find_header(grid.rows)] or list(sheets)
     if sheet or len(names) != 1:
         listed = ", ".join(map(repr, names[:8]))
         why = f"has no sheet {sheet!r}" if sheet else f"has {len(names)} sheets that may be read"
@@ -195,7 +195,7 @@ def _header(grid: Grid, mapping: TableMapping, source: Path | None) -> Header:
     if wanted <= set(stated.names):
         return stated
     others = (header_at(grid.rows, row, mapping.header_rows) for row in rows)
-    found = next((one for one in others if wanted <= set(one.names)), None)
+    found = next((header for header in others if wanted <= set(header.names)), None)
     if found is None:
         require_columns(mapping, stated.names, grid.at(first), source)
     return found or stated

@@ -337,4 +337,6 @@ def _compared(sizes: Sizes, readings: Sequence[Reading], stands: Flags) -> Itera
         yield from stated_deviations(each for each in stated if not math.isnan(each[1]))
     if not np.all(np.isnan(sizes.good)):
         verdicts = zip(readings, sizes.good.tolist(), stands.tolist(), strict=True)
-        yield from stated_verdicts((one, good > 0) for one, good, here in verdicts if here and not math.isnan(good))
+        yield from stated_verdicts(
+            (reading, good > 0) for reading, good, here in verdicts if here and not math.isnan(good)
+        )

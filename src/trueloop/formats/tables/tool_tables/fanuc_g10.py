@@ -65,7 +65,7 @@ def _words(line: Line) -> list[Word]:
     """The words outside of comments."""
     _, start, content = line
     bare = COMMENT.sub(lambda found: " " * len(found[0]), content.upper())
-    return [(start + one.start(), one[1], one[2], start + one.start(2)) for one in WORD.finditer(bare)]
+    return [(start + match.start(), match[1], match[2], start + match.start(2)) for match in WORD.finditer(bare)]
 
 
 def _row(path: Path, line: Line, words: list[Word], unit: Unit | None) -> ToolRow:

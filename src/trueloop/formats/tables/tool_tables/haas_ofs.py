@@ -50,7 +50,7 @@ def read(path: Path, text: str, unit: Unit | None) -> ToolTable:
 
     rows: list[ToolRow] = []
     for tool in TOOL.finditer(text):
-        elements = ((one[1].upper(), tool.start(2) + one.start(2), one[2]) for one in ELEMENT.finditer(tool[2]))
+        elements = ((match[1].upper(), tool.start(2) + match.start(2), match[2]) for match in ELEMENT.finditer(tool[2]))
         found = {name: number(at, value) for name, at, value in elements}
         line = bisect_right(starts, tool.start())
         rows += [_row(int(tool[1]), line, text, found, kind) for kind in ("geometry", "wear")]
@@ -62,5 +62,9 @@ def read(path: Path, text: str, unit: Unit | None) -> ToolTable:
 
 def _row(tool: int, line: int, text: str, found: dict[str, Number], kind: Kind) -> ToolRow:
     x, z = (next((found[name] for name in NAMES[kind, axis] if name in found), None) for axis in "XZ")
-    own = {name: text[one.start : one.end] for name, one in found.items() if name.endswith("WEAR") == (kind == "wear")}
+    own = {
+        name: text[number.start : number.end]
+        for name, number in found.items()
+        if name.endswith("WEAR") == (kind == "wear")
+    }
     return ToolRow(tool=tool, kind=kind, line=line, line_end=0, x=x, z=z, others=own)

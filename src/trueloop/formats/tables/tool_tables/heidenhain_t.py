@@ -59,7 +59,7 @@ def read(path: Path, text: str, unit: Unit | None) -> ToolTable:
 
 
 def _columns(heading: str) -> Columns:
-    names = [(one[0], one.start()) for one in re.finditer(r"\S+", heading)]
+    names = [(match[0], match.start()) for match in re.finditer(r"\S+", heading)]
     ends = [start for _, start in names[1:]] + [10**6]
     return {name: (start, end) for (name, start), end in zip(names, ends, strict=True)}
 

@@ -52,8 +52,12 @@ def row_of(table: ToolTable, tool: int, edge: int = 1, name: str = "") -> ToolRo
 
 def geometry_of(table: ToolTable, row: ToolRow) -> ToolRow:
     """The row that holds the nose of the same tool and edge."""
-    same = (one for one in table.rows if (one.tool, one.edge) == (row.tool, row.edge) and one.nose is not None)
-    return next(iter(sorted(same, key=lambda one: one.kind == "wear")), row)
+    same = (
+        tool_row
+        for tool_row in table.rows
+        if (tool_row.tool, tool_row.edge) == (row.tool, row.edge) and tool_row.nose is not None
+    )
+    return next(iter(sorted(same, key=lambda tool_row: tool_row.kind == "wear")), row)
 
 
 def _only(table: ToolTable, rows: list[ToolRow]) -> ToolRow | None:

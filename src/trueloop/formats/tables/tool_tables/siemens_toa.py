@@ -83,7 +83,7 @@ def _rows(text: str, key: tuple[int, int], numbers: Found, names: dict[int, str]
         x, z, nose = (numbers[place][1] if place in numbers else None for place in places)
         first = min(line for line, _ in numbers.values())
         line = min((numbers[place][0] for place in places if place in numbers), default=first)
-        others = {f"DP{n}": text[one.start : one.end] for n, (_, one) in numbers.items() if n in SHOWN[kind]}
+        others = {f"DP{n}": text[number.start : number.end] for n, (_, number) in numbers.items() if n in SHOWN[kind]}
         rows.append(
             ToolRow(
                 tool=tool,

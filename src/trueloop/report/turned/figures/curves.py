@@ -229,7 +229,7 @@ def uncertainty(correction: Correction, say: Texts = ENGLISH) -> str:
     )
     if _by_memory(correction):
         columns += " " + say("Earlier parts: all of the next cut's error, its scatter included, where they tell it.")
-    rows = [_row(correction, one, say) for one in outcomes(correction)]
+    rows = [_row(correction, outcome, say) for outcome in outcomes(correction)]
     words = esc(say.note(between_cuts_words(correction.options.between_cuts)))
     return f"{table(headings, rows, words=(0,), name='budget', stacks=True)}<p>{words}</p><p class='note'>{columns}</p>"
 

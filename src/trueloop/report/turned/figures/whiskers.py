@@ -123,8 +123,8 @@ def _figure(correction: Correction, halves: tuple[Half, ...], magnified: float, 
         traces += [*_uncertainty(correction, half, magnified), *_whiskers(correction, half, magnified, strip, say)]
     inward_mm = magnified * np.maximum(halves[0].spread_mm - halves[0].error_mm, 0.0)
     rows = [correction.touches.of_feature(i) for i in range(len(profile.features))]
-    marked_mm = [correction.touches.arc_length_mm[one] for one in rows]
-    deepest_mm = [float(np.max(inward_mm[one], initial=0.0)) for one in rows]
+    marked_mm = [correction.touches.arc_length_mm[row] for row in rows]
+    deepest_mm = [float(np.max(inward_mm[row], initial=0.0)) for row in rows]
     names = feature_names(profile, marked_mm, deepest_mm, strip.mm_per_px)
     bars, bar_notes = scale_bars(strip, magnified, say)
     z_axis = style.axis(say("z ({mm})"), *_in(say, strip.z_range), width // 110, zeroline=False, constrain="domain")

@@ -78,7 +78,7 @@ def fit_from_state(
         residual_mm=residual,
         leave_one_out_mm=_left_out(state.vectors, rows.positions, state),
         spare=0,
-        from_model_mm=np.column_stack([one.spline.coefficients_mm for one in columns]),
+        from_model_mm=np.column_stack([column.spline.coefficients_mm for column in columns]),
         unsupported=not supported and not held.any(),
         scatter_mm=state.updated.state.sizes["repeatability"] if state.vectors.seen else None,
     )

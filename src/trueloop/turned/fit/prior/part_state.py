@@ -152,20 +152,25 @@ def in_frame(
 def observed_of(profile: Profile, vectors: ErrorVectors, part: float = 0.0) -> tuple[tuple[str, ...], Observed]:
     """Returns the touches and readings of the `part`-th part as observations, and their names."""
     touched = vectors.chosen(np.flatnonzero(~vectors.by_gauge & ~vectors.at_reference))
-    index = np.concatenate([touched.feature_index, *(one.feature_index for one in vectors.seen)]).astype(np.intp)
-    along = np.concatenate([touched.arc_length_mm, *(one.arc_length_mm for one in vectors.seen)])
+    index = np.concatenate(
+        [touched.feature_index, *(observation.feature_index for observation in vectors.seen)]
+    ).astype(np.intp)
+    along = np.concatenate([touched.arc_length_mm, *(observation.arc_length_mm for observation in vectors.seen)])
     places, count = places_on(profile, index, along, part), len(touched.point)
     mean = _averaging(touched)
     rows = len(mean)
     functional = np.zeros((rows + len(vectors.seen), len(index)))
     functional[:rows, :count] = mean
     at = count
-    for row, one in enumerate(vectors.seen, rows):
-        functional[row, at : at + len(one.weight)] = one.weight
-        at += len(one.weight)
-    seen_u = [one.standard_u_mm or BY_DEFINITION_MM for one in vectors.seen]
-    value = np.concatenate([mean @ touched.error_mm, [one.value_mm for one in vectors.seen]])
-    names = (*(touched.point[np.flatnonzero(row)[0]] for row in mean), *(one.name for one in vectors.seen))
+    for row, observation in enumerate(vectors.seen, rows):
+        functional[row, at : at + len(observation.weight)] = observation.weight
+        at += len(observation.weight)
+    seen_u = [observation.standard_u_mm or BY_DEFINITION_MM for observation in vectors.seen]
+    value = np.concatenate([mean @ touched.error_mm, [observation.value_mm for observation in vectors.seen]])
+    names = (
+        *(touched.point[np.flatnonzero(row)[0]] for row in mean),
+        *(observation.name for observation in vectors.seen),
+    )
     reference = np.flatnonzero(vectors.at_reference)
     if not len(reference):
         u = np.concatenate([np.sqrt(mean**2 @ touched.standard_u_mm**2), seen_u])

@@ -288,7 +288,7 @@ def checked(setup: Setup, wait_s: float, spindle_rpm: Callable[[], float | None]
         collector.start()
         last_s = time.monotonic() + wait_s
         readings = collector.readings(time.monotonic(), spindle_rpm())
-        while not all(_read(one) for one in readings) and time.monotonic() < last_s:
+        while not all(_read(reading) for reading in readings) and time.monotonic() < last_s:
             time.sleep(POLL_S)
             readings = collector.readings(time.monotonic(), spindle_rpm())
     finally:

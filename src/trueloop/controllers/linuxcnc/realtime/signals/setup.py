@@ -120,7 +120,7 @@ def kind_of(file: Located[SignalsFile], name: str) -> str:
     with file.at("signals", name, "source"):
         if len(found) == 1:
             return found[0]
-        known = [*(one for tables in named.values() for one in tables), SPINDLE, CONSTANT]
+        known = [*(table for tables in named.values() for table in tables), SPINDLE, CONSTANT]
         what = f"names {len(found)} sources" if found else "is no source"
         raise Code.RTC_SOURCE.refusal(
             f"signal {name!r}: {source!r} {what}; there are {len(known)}: {', '.join(known)}",
