@@ -555,7 +555,7 @@ class Code(StrEnum):
     SER_UNKNOWN = "SER-UNKNOWN", "a part type or a characteristic that no series is of", "characteristic"
     SER_FEW = "SER-FEW", "a series of fewer than three parts", "characteristic"
     SER_TOOL = "SER-TOOL", "series that say nothing of a job's tool"
-    SER_CORRECTED = "SER-CORRECTED", "parts of a series that corrections of their program cut", "part correction"
+    SER_CORRECTED = "SER-CORRECTED", "parts of a series that corrections of their program cut", "part"
     SER_PROPOSAL = "SER-PROPOSAL", "a proposal that the store does not hold", "proposal"
     SER_DECIDED = "SER-DECIDED", "a proposal that was decided already", "proposal"
     SER_SUPERSEDED = "SER-SUPERSEDED", "a proposal of a series that has changed since", "proposal"

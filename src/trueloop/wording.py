@@ -19,9 +19,9 @@ from trueloop.units import UM_PER_MM
 MINUS: Final = "\u2212"
 
 
-def shell_word(word: str) -> str:
+def shell_word(word: str, *, windows: bool = os.name == "nt") -> str:
     """Returns the word as it is typed in a command: in quotes where the shell needs them, on Windows in double ones."""
-    if os.name != "nt":
+    if not windows:
         return shlex.quote(word)
     return word if re.fullmatch(r"[\w@%+=:,./\\~-]+", word) else f'"{word}"'
 

@@ -17,6 +17,7 @@ from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.factory.book import Book, inspected_again
 from trueloop.jobs.series import Adding, add_files, proposal_named, propose, tools_of_job
+from trueloop.jobs.store.opened import opened
 from trueloop.loops.post_process.decide import OVERRIDES, decide, few_findings, usable
 from trueloop.loops.post_process.propose import ProposalContext, proposals_of, tool_proposals
 from trueloop.loops.post_process.series import PartSeen, SeriesOptions, When, parts_in_order, series_of
@@ -81,10 +82,11 @@ def _corrected() -> object:
     """Proposes for the second of two finished parts, which the correction of the first one cut."""
     with TemporaryDirectory() as folder:
         db = str(Path(folder) / "m.db")
-        store = open_store(f"sqlite:///{db}", create=True)
+        open_store(f"sqlite:///{db}", create=True)
         for part, readings in enumerate((FIRST, SECOND), 1):
             cut_with = f'cut_with = "o{part - 1}/record.json"' if part > 1 else ""
             correct(Path(folder), part, readings, "contour", cut_with, db=db)
+        store = opened(db)
         sizes = [PartSeen(one.value) for one in find(store, Inspection)]
         return propose(store, Book("s", tuple(sizes), (), (), (), ()), SeriesOptions())
 

@@ -109,7 +109,7 @@ class Opened:
 def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Opened:
     """Opens the link; connects to nothing yet. `tell` gets what a person has to do at the control. Raises LNK-FILE."""
     table = read_link(settings, name)
-    passes = frozenset(Change(pass_) for pass_ in table.passes)
+    passes = frozenset(Change(name) for name in table.passes)
     link, replaced = link_of(table, settings.parent, tell), settings.parent / table.replaced
     return filled_from(Opened, table, name=name, link=link, passes=passes, replaced=replaced)
 

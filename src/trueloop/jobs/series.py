@@ -364,14 +364,14 @@ def _require_uncorrected(store: Store, book: Book) -> None:
         if stored.value.record.cut_with is not None
     }
     cuts = find(store, Cut, part_type=book.part_type) if of_finished else []
-    made = {cut.value.part.serial: cut.value.correction for cut in cuts if cut.value.correction in of_finished}
-    serial = next((serial for of in book.parts if (serial := of.inspection.part.serial) in made), None)
+    corrected = {cut.value.part.serial for cut in cuts if cut.value.correction in of_finished}
+    serial = next((serial for of in book.parts if (serial := of.inspection.part.serial) in corrected), None)
     if serial is not None:
         raise Code.SER_CORRECTED.refusal(
-            f"part {serial!r} was cut with correction {made[serial]}, which `trueloop compensate` made from a finished "
-            "part: a proposal would count it as cut without a correction",
+            f"part {serial!r} was cut with a correction that `trueloop compensate` made from a finished part: a "
+            "proposal would count it as cut without one",
             hint="`trueloop compensate` with the job of the latest part corrects the next one by the whole series",
-            values={"part": serial, "correction": made[serial]},
+            values={"part": serial},
         )
 
 

@@ -78,7 +78,7 @@ def test_an_argument_left_out_counts_as_zero_in_a_sum_and_where_sizes_compare(li
 
 
 def test_a_macro_that_is_elsewhere_is_said() -> None:
-    (found,) = run("G21 G65 P9810 Z5.").findings
+    (found,) = run("G21 G65 P8100 Z5.").findings
     assert (found.code, found.message) == (Code.NC_OPAQUE, "G65: what it does is not in the path")
 
 

@@ -254,13 +254,12 @@ def _of_straight(form: Form, place: FeaturePlace) -> Iterator[Finding]:
     if not form.degree:
         kind = ErrorKind.FACE_TAPER if place.kind == "face" else ErrorKind.SHAFT_TAPER
         why = wording(
-            "'{feature}': no {kind}; {count} places in {along}, which span {spans:.3g} of {whole:.3g} mm",
+            "'{feature}': no {kind}; places in {along}: {count}, which span {spans:.0%} of it",
             feature=place.name,
             kind=str(kind),
             count=count,
             along=along,
-            spans=spans,
-            whole=whole,
+            spans=spans / whole if whole else 0.0,
         )
         hint = wording("measure two places at least, which span {share:.0%} of the feature", share=SPAN)
         yield _note(place.name, why, hint)

@@ -259,8 +259,8 @@ def _robust(question: Question, best: Hypothesis) -> Array | None:
 def _by_error(ranked_terms: tuple[tuple[Hypothesis, float], ...]) -> dict[ErrorName, float]:
     by_error: dict[Wrong, float] = {}
     for hypothesis, share in ranked_terms:
-        for hypothesi in hypothesis:
-            by_error[hypothesi.error] = by_error.get(hypothesi.error, 0.0) + share
+        for suspect in hypothesis:
+            by_error[suspect.error] = by_error.get(suspect.error, 0.0) + share
     ordered = sorted(by_error.items(), key=lambda item: -item[1])
     return {error: share for error, share in ordered if isinstance(error, ErrorName)}
 

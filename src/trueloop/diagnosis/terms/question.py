@@ -161,9 +161,7 @@ class Question:
 
     def count(self, hypothesis: Hypothesis) -> int:
         """Returns the number of columns."""
-        return sum(
-            self.place[part].stop - self.place[part].start for hypothesi in hypothesis for part in hypothesi.parts
-        )
+        return sum(self.place[part].stop - self.place[part].start for suspect in hypothesis for part in suspect.parts)
 
 
 def question(chain: Chain, residuals: Residuals, *, turned: bool = False) -> Question:
@@ -203,8 +201,8 @@ def log_evidence(question: Question, products: TakenOut, hypotheses: Sequence[Hy
 
 def log_grid(question: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
     """By hypothesis, variance of set-ups and sizes of suspects, (hypotheses, settings, sizes ** suspects)."""
-    width = max(question.count(hypothese) for hypothese in hypotheses)
-    pairs = [question.index(hypothese, width) for hypothese in hypotheses]
+    width = max(question.count(hypothesis) for hypothesis in hypotheses)
+    pairs = [question.index(hypothesis, width) for hypothesis in hypotheses]
     index, of = np.array([p[0] for p in pairs], int), np.array([p[1] for p in pairs], int)
     gram = products.gram[:, index[:, :, None], index[:, None, :]].swapaxes(0, 1)[:, :, None]
     right = products.right[:, index].swapaxes(0, 1)[:, :, None]

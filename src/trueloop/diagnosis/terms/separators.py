@@ -63,7 +63,7 @@ def sets(hypotheses: Sequence[tuple[Hypothesis, float]]) -> tuple[TermSet, ...]:
     """
     by_errors: dict[frozenset[Wrong], float] = {}
     for hypothesis, probability in hypotheses:
-        errors = frozenset(hypothesi.error for hypothesi in hypothesis)
+        errors = frozenset(suspect.error for suspect in hypothesis)
         by_errors[errors] = by_errors.get(errors, 0.0) + probability
     wrong = 1.0 - by_errors.pop(frozenset(), 0.0)
     if wrong < FOUND:
@@ -115,9 +115,9 @@ def _share(by_errors: Mapping[frozenset[Wrong], float], group: set[Wrong]) -> fl
 def _likeliest(hypotheses: Sequence[tuple[Hypothesis, float]], error: Wrong) -> Suspect:
     by_suspect: dict[Suspect, float] = {}
     for hypothesis, probability in hypotheses:
-        for hypothesi in hypothesis:
-            if hypothesi.error == error:
-                by_suspect[hypothesi] = by_suspect.get(hypothesi, 0.0) + probability
+        for suspect in hypothesis:
+            if suspect.error == error:
+                by_suspect[suspect] = by_suspect.get(suspect, 0.0) + probability
     return max(by_suspect, key=lambda suspect: by_suspect[suspect])
 
 
@@ -234,7 +234,7 @@ def _shifted(question: Question, positions: Array, axis: str, by_mm: float) -> A
 
 def _prediction(question: Question, rival: Posterior, state: State, normal: Array) -> tuple[Array, Array]:
     """Mean (n,) and covariance (n, n) of the residuals of one more part, units of the noise to begin with."""
-    shapes = [question.columns[part] for hypothesi in rival.hypothesis for part in hypothesi.parts]
+    shapes = [question.columns[part] for suspect in rival.hypothesis for part in suspect.parts]
     rows = np.hstack([shape.rows(question.chain, state, normal) for shape in shapes])
     own = set_ups(np.zeros(len(normal), int), normal)
     spread = rival.noise * np.eye(len(rows)) + (own.rows * rival.setting[own.way]) @ own.rows.T

@@ -245,8 +245,8 @@ def cpk_of_today(reader: StoreReader, finished: Sequence[str], began: str) -> tu
     made = select(part.c.part_type).join(PART_STATE, PART_STATE.c.part == part.c.id).distinct()
     today = made.where(PART_STATE.c.changed_at >= began, PART_STATE.c.state.in_(finished))
     names: Sequence[str] = reader.connection.scalars(today).all()
-    found = [cpk for name in names for cpk in _of_type(reader, name)]
-    return tuple(sorted(found, key=lambda cpk: (cpk.cpk is None, cpk.cpk or 0.0))[:MOST])
+    found = [capability for name in names for capability in _of_type(reader, name)]
+    return tuple(sorted(found, key=lambda of: (of.cpk is None, of.cpk or 0.0))[:MOST])
 
 
 def _of_type(reader: StoreReader, part_type: str) -> Iterator[Cpk]:

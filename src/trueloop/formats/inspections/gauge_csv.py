@@ -113,7 +113,7 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     )
     inch = any(name.endswith("_in") for name in file.header)
     sizes = [reading for of in inspections for reading in of.readings if reading.characteristic]
-    limited = [siz for siz in sizes if (siz.lower_limit, siz.upper_limit) != (None, None)]
+    limited = [size for size in sizes if (size.lower_limit, size.upper_limit) != (None, None)]
     asked = characteristics_of(limited)
     return MeasuredFile(
         path=path,

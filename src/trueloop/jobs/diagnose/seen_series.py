@@ -131,8 +131,14 @@ def _inspected(
         correction_mm=of_proposals(proposals, seen.values()),
         standard=part.identity in records.standards,
     )
-    carried_out = _carried_out(records, cut)
-    return InspectedPart(part, made, seen, records.standards.get(part.identity), taken, carried_out)
+    return InspectedPart(
+        part=part,
+        made=made,
+        seen=seen,
+        standard=records.standards.get(part.identity),
+        both=taken,
+        cut_with=_carried_out(records, cut),
+    )
 
 
 def _displaced(point: CmmPoint, error_mm: float) -> CmmPoint:

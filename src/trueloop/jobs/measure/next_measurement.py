@@ -248,7 +248,7 @@ def _seen(
     """Returns all measurements that can be taken, each with its feature and instrument."""
     return [
         *((touch.feature, kind, _touch(profile, touch, kind, gauging)) for touch, kind in by_ball),
-        *((siz.feature, "micrometer", _size(profile, siz, gauging)) for siz in sizes.values()),
+        *((size.feature, "micrometer", _size(profile, size, gauging)) for size in sizes.values()),
     ]
 
 

@@ -133,12 +133,12 @@ def stored_facts(
     both = [stored.value for stored in find(store, BothInspections, part_type=book.part_type)]
     made = [stored.value for stored in find(store, Correction, part_type=book.part_type)] if cuts else []
     return StoredFacts(
-        book,
-        {cut.part.serial: cut for cut in cuts},
-        tuple(stored.value for stored in find(store, EdgeEvent)) if cuts else (),
-        {pair.part.serial: {f"{name} while cut": v for name, v in pair.cutting.signals.items()} for pair in both},
-        failed or {},
-        {
+        book=book,
+        cuts={cut.part.serial: cut for cut in cuts},
+        events=tuple(stored.value for stored in find(store, EdgeEvent)) if cuts else (),
+        stood={pair.part.serial: {f"{name} while cut": v for name, v in pair.cutting.signals.items()} for pair in both},
+        failed=failed or {},
+        corrections={
             correction.record.id: correction.payload
             for correction in made
             if isinstance(correction.payload, turned.Correction)

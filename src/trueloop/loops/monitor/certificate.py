@@ -112,7 +112,7 @@ def certified(
             hint="`trueloop series add` takes inspection files; a certificate says nothing that was not measured",
             values={"characteristic": part.serial},
         )
-    return tuple(_certified(siz, seen, stated_u) for siz in sizes)
+    return tuple(_certified(size, seen, stated_u) for size in sizes)
 
 
 def asked_of(inspections: Iterable[Inspection]) -> tuple[RequiredSize, ...]:

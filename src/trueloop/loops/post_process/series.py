@@ -220,7 +220,7 @@ def identity_of(part_type: PartType, characteristic: Characteristic) -> Identity
         *part_type.identity,
         characteristic.name,
         characteristic.quantity.value,
-        *("" if siz is None else f"{siz:.7f}" for siz in sizes),
+        *("" if size is None else f"{size:.7f}" for size in sizes),
     )
 
 

@@ -261,7 +261,7 @@ def correct_setup(
     done = _setup(of, edges, program, joint_id, of.name)
     shares = [_shares(replace(done, frame=PART))]
     sizes = lengths(whole.profile, whole.characteristics, whole.touches, shares, finished=whole.measured_finished)
-    words = shared_words(whole, contours, [siz.characteristic.name for siz in sizes])
+    words = shared_words(whole, contours, [size.characteristic.name for size in sizes])
     return replace(done, notes=words, characteristics=sizes)
 
 
@@ -376,7 +376,7 @@ def _unjudged(
     done: Sequence[SetupCorrection], characteristics: Sequence[Characteristic], sizes: Sequence[Judged], from_face: bool
 ) -> list[str]:
     """Describes the sizes that are of no set-up alone and not judged, and why."""
-    judged = {siz.characteristic.name for siz in sizes}
+    judged = {size.characteristic.name for size in sizes}
     names = [
         characteristic.name
         for characteristic in characteristics

@@ -93,8 +93,11 @@ def require_known_frame(path: ToolPath) -> None:
             raise found.as_error()
 
 
-_UNSEEN: Final = ": what it does is not in the path"
-"""The note on a macro that is not in the file, or on a cycle or way of the control's own."""
+_UNSEEN: Final = (
+    ": what it does is not in the path",
+    ": its touches are not in the path, what they set is the control's",
+)
+"""The notes on a macro that is not in the file, or on a cycle or way of the control's own."""
 _COMMON: Final = re.compile(r"#\s*[1-9]\d\d")
 """A variable that a macro shares with the program that calls it."""
 

@@ -108,7 +108,7 @@ def verdict(causes: CausesShape | None, parts: int, say: Texts, unexplained: Seq
         words = say(
             "<strong>Probably sound</strong> ({share}); most probable otherwise: {causes}.",
             share=share(causes.sound, say),
-            causes=_named([hypothese for hypothese in causes.hypotheses if hypothese.causes][:1], causes, say),
+            causes=_named([hypothesis for hypothesis in causes.hypotheses if hypothesis.causes][:1], causes, say),
         )
     else:
         words = _guilty_verdict(causes, say)
@@ -174,8 +174,8 @@ def _guilty_verdict(causes: CausesShape, say: Texts) -> str:
 def credible(hypotheses: Sequence[HypothesisShape]) -> list[HypothesisShape]:
     """Returns the fewest that together have the probability `CREDIBLE`, likeliest first."""
     found: list[HypothesisShape] = []
-    for hypothese in sorted(hypotheses, key=lambda each: -each.probability):
-        found.append(hypothese)
+    for hypothesis in sorted(hypotheses, key=lambda each: -each.probability):
+        found.append(hypothesis)
         if sum(each.probability for each in found) >= CREDIBLE:
             break
     return found
@@ -267,11 +267,11 @@ def _marked(kind: str, words: Sequence[str], say: Texts) -> str:
 def _sets(causes: CausesShape, say: Texts) -> str:
     rows = [
         (
-            together(hypothese.causes, causes, say),
-            share(hypothese.probability, say),
-            bar(hypothese.probability, share(hypothese.probability)),
+            together(hypothesis.causes, causes, say),
+            share(hypothesis.probability, say),
+            bar(hypothesis.probability, share(hypothesis.probability)),
         )
-        for hypothese in causes.hypotheses[:SETS]
+        for hypothesis in causes.hypotheses[:SETS]
     ]
     return table((say("causes"), say("probability"), ""), rows, words=(0, 2))
 

@@ -47,7 +47,7 @@ def unexplained(means: Sequence[FeatureMeansShape], causes: CausesShape) -> list
 def acting(feature: str, causes: CausesShape) -> float:
     """Returns the probability that one cause or another acts on a feature; a cause without features acts on all."""
     on = {candidate.key for candidate in causes.candidates if feature in candidate.features or not candidate.features}
-    return sum(hypothese.probability for hypothese in causes.hypotheses if on & set(hypothese.causes))
+    return sum(hypothesis.probability for hypothesis in causes.hypotheses if on & set(hypothesis.causes))
 
 
 def _of(means: FeatureMeansShape) -> Iterator[UnexplainedShape]:

@@ -177,7 +177,7 @@ def _matched(
     left: dict[int, Left] = {
         int(k): plane.far(points[k], int(near[k]), int(k), distance[k]) for k in np.flatnonzero(far)
     }
-    for k in (int(signedinteger) for signedinteger in np.flatnonzero(tied) if by[signedinteger] == "geometry"):
+    for k in (int(row) for row in np.flatnonzero(tied) if by[row] == "geometry"):
         chosen = plane.one_of(k, (int(nearest[k]), int(second[k])), points[k], away[:, k])
         if isinstance(chosen, Left):
             left[k] = chosen

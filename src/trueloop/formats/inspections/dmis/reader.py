@@ -279,7 +279,7 @@ def _remark_missing(run: Run, notes: Notes, where: str) -> None:
 def _remark_filled_in(values: tuple[Reading | CmmPoint, ...], notes: Notes) -> None:
     """Sizes that are all nominal to the last decimal were not measured but filled in."""
     sizes = [value for value in values if isinstance(value, Reading) and quantity_is_size(value.quantity)]
-    exact = Counter(siz.actual == siz.nominal for siz in sizes)
+    exact = Counter(size.actual == size.nominal for size in sizes)
     if len(sizes) > 1 and exact[True] == len(sizes):
         notes.say(
             f"all {len(sizes)} diameters and radii are exactly nominal: filled in, not measured?", sizes[0].line or 0
