@@ -20,8 +20,8 @@ NAMED = re.compile(r"(?<![\w.])trueloop((?: [\w{}.:<>/=*,…-]+)+)")
 KEY = re.compile(r"(?<![\w./`])`?([a-z_]+(?:\.[a-z_][a-z0-9_]*)+)(?![\w./(])")
 """Table and key, as `part.serial`."""
 FILES = re.compile(r"\.(?:md|toml|csv|json|ngc|nc|img|db|hal|example|var|tbl|py|html)$")
-ELSEWHERE = {"term.choose", "rtec.write"}
-"""A key of the machine's file, a pin of the corrector."""
+ELSEWHERE = {"term.choose", "terms.segments", "rtec.write"}
+"""Keys of the machine's file, a pin of the corrector."""
 PROSE = {"in", "corrected", "and", "finds", "from", "of", "is", "was", "wrote", "as", "that", "offset"}
 
 
