@@ -78,13 +78,16 @@ def test_a_taper_moves_a_cut_s_free_end_by_what_it_is_there() -> None:
     assert ends[4] == pytest.approx([0.0, 1e-3 * s + NOSE_MM * (math.cos(lean) - 1.0)], abs=1e-12)
 
 
-def test_where_moves_about_an_edge_stand_between_both_cuts_end_inside_their_features() -> None:
-    """The last move about the edge, 5, ends where the face begins to be cut; nothing moves with the neighbour."""
+def test_where_moves_about_an_edge_stand_between_both_cuts_end_with_the_corner() -> None:
+    """Both ends of the edge go with the corner of the centre's path: 10 µm along the cylinder, whose taper is 0.01 µm less
+    there; the last move about the edge, 5, ends 20.79 µm along the face: the taper at z = −0.01 and a nose of 0.8 mm.
+    """
     taper = sampled(np.array([0.0, 20.0]), np.array([0.0, 0.02]))
     start, ends = deltas([Cut(3, 0, 0.0, 18.0), Cut(6, 1, 0.5, 10.0)], taper, constant(-0.01))
     assert set(ends) == {3, 5, 6} and start[0] == pytest.approx(0.0, abs=1e-6)
-    assert ends[3][0] == pytest.approx(0.018, abs=1e-6)
-    assert ends[5] == pytest.approx([0.0, -0.01], abs=1e-12) and ends[6] == pytest.approx([0.0, -0.01], abs=1e-12)
+    assert ends[3] == pytest.approx([1e-3 * 17.99, -0.01], abs=1e-6)
+    assert ends[5] == pytest.approx([1e-3 * (19.99 + NOSE_MM), -0.01], abs=1e-6)
+    assert ends[6] == pytest.approx([0.0, -0.01], abs=1e-12)
 
 
 @pytest.mark.parametrize(("tolerance_mm", "bent"), [(2.1e-3, [3]), (2.2e-3, [])])

@@ -107,7 +107,7 @@ export function Milled() {
   const seen = part?.seen;
   const inch = seen?.unit === "inch";
   const unit = inch ? "in" : "mm";
-  const length = (mm: number) => number(shownIn(seen?.unit ?? "mm", "mm", mm), inch ? 4 : 3);
+  const length = (value: number) => number(shownIn(seen?.unit ?? "mm", "mm", value), inch ? 4 : 3);
   return (
     <>
       <Section title={text("milled.files")}>
