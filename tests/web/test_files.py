@@ -40,7 +40,7 @@ def test_a_program_is_looked_at_kept_and_released(own: Browsing, shop: Shop) -> 
         window.go("/files")
         choose(window, "new face.ngc", FACE)
         read = page.get_by_role("region", name="new face.ngc")
-        expect(read).to_contain_text("linuxcnc mm")
+        expect(read).to_contain_text("LinuxCNC mm")
         usable(window)
         assert find(shop.store, Program, identity=hashed) == []
         read.get_by_role("button", name="Keep").click()

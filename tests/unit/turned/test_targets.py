@@ -79,8 +79,8 @@ def test_a_taper_moves_a_cut_s_free_end_by_what_it_is_there() -> None:
 
 
 def test_where_moves_about_an_edge_stand_between_both_cuts_end_with_the_corner() -> None:
-    """Both ends of the edge go with the corner of the centre's path: 10 µm along the cylinder, whose taper is 0.01 µm less
-    there; the last move about the edge, 5, ends 20.79 µm along the face: the taper at z = −0.01 and a nose of 0.8 mm.
+    """Both ends of the edge go with the corner of the centre's path: 10 µm along the cylinder, whose taper is 0.01 µm
+    less there; the last move about the edge, 5, ends 20.79 µm along the face: the taper at z = −0.01, a nose of 0.8 mm.
     """
     taper = sampled(np.array([0.0, 20.0]), np.array([0.0, 0.02]))
     start, ends = deltas([Cut(3, 0, 0.0, 18.0), Cut(6, 1, 0.5, 10.0)], taper, constant(-0.01))
