@@ -62,7 +62,7 @@ FOR_CHORDS = 0.5
 contour turns by some milliradians take the rest (0.1 to 0.2 µm at 15 mrad and a nose of 0.8 mm)."""
 
 ABOUT_MM = 1e-3
-"""An arc of a path of the nose's centre turns the nose about an edge where its radius is that of the nose to this."""
+"""An arc turns the nose about an edge where its centre is so near to the edge."""
 
 SHARES = (1.0, 0.5, 0.2)
 """Shares of it, tried in turn where moves are seen to leave the path between the places by which they were chosen."""
@@ -323,13 +323,13 @@ def _targets(
     matched, cuts = writing.matched, writing.matched.cuts
     is_arc = np.flatnonzero(matched.path.motion == Motion.ARC)
     edges = [move.index for move in matched.match.between if move.index in is_arc]
-    on_contour = matched.match.features[0].moves[0].move.on_contour
-    radius_mm = np.hypot(*(matched.path.end_mm - matched.path.centre_mm).T)
-    about = [] if on_contour else [k for k in edges if abs(radius_mm[k] - writing.fitting.nose_mm) < ABOUT_MM]
+    corners = np.array([feature.point_mm(feature.length_mm) for feature in profile.features])
+    off_mm = np.linalg.norm(matched.path.centre_mm[edges][:, None, [0, 2]] - corners, axis=2)
+    about = [k for k, far_mm in zip(edges, off_mm, strict=True) if far_mm.min() < ABOUT_MM]
     start, shifts = end_shifts(cuts, before, after, about)
     start, shifts = _from_where_it_is(matched, before, start, shifts)
     touched = [touches.arc_length_mm[touches.of_feature(i)] for i in range(len(profile.features))]
-    share = writing.chords * (FOR_CHORDS if on_contour else 1.0)
+    share = writing.chords * (FOR_CHORDS if matched.match.on_contour else 1.0)
     fitting = replace(writing.fitting, tolerance_mm=share * writing.fitting.tolerance_mm)
     moved = with_edges(cuts, before, after, about)
     bent = bent_lines(moved, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
