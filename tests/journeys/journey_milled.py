@@ -120,7 +120,7 @@ def typed(entered, entries):
 
 
 def best(shop, keys):
-    """What is left, rms, by whoever knows all errors that repeat and enters the same registers."""
+    """Returns the rms that the best entries into the same registers leave, all repeating errors known."""
     off = lambda entered: np.array([shop.deviations(entered)[key] for key in keys])  # noqa: E731
     step = {key: 1e-4 if key == "turn" else 0.01 for key in REGISTERS}
     columns = np.stack([(off({key: h}) - off({})) / h for key, h in step.items()], axis=1)

@@ -56,7 +56,7 @@ def _named(entry: Entry, holds: str, say: Texts) -> str:
 
 
 def proposal_notes(job: MilledJob, proposal: Proposal, say: Texts = ENGLISH) -> list[str]:
-    """Returns which readings have no part in the numbers, and which numbers hang on one reading."""
+    """Returns the readings that the numbers leave out, and the numbers that rest on one reading."""
     return list(_notes(job, proposal, say))
 
 

@@ -24,8 +24,8 @@ SAME_MM: Final = 1e-3
 MATCH_MM: Final = 0.05
 """A path that lies further from where a wall is cut cuts another wall, or leaves material on."""
 UNSEEN: Final = re.compile(r"(what it does|moves|what it runs after each move) (is|are) not in the path")
-PROBING: Final = re.compile(r"G65\s*P98\d\d|TCH PROBE|CYCLE97[1-9]|CYCLE99[78]")
-"""Macros and cycles that measure: Renishaw's Inspection Plus, Klartext's and Sinumerik's."""
+PROBING: Final = re.compile(r"CYCLE97[1-9]|CYCLE99[78]")
+"""Sinumerik's cycles that measure; those of Klartext and Renishaw's macros are known as touches by the path."""
 LEFT: Final = 41
 XY: Final = 17
 

@@ -162,7 +162,7 @@ def deviations_mm(tolerance_class: str, nominal_mm: float) -> tuple[float, float
     found = CLASS.fullmatch(tolerance_class.strip())
     if found is None or found[1].lower() not in LETTERS or found[2] not in GRADES:
         raise Code.TOL_FIT.refusal(
-            f"{tolerance_class!r} is no tolerance class of ISO 286",
+            f"{tolerance_class!r} is not a tolerance class of ISO 286",
             hint="letters are a to zc of shafts and A to ZC of holes, grades 01 and 0 to 18: h6, js7, H7",
             values={"tolerance": tolerance_class},
         )

@@ -22,6 +22,7 @@ from trueloop.turned.compensation.targets import (
     cramped_lines,
     end_shifts,
     replaced_arcs,
+    with_edges,
 )
 
 NOSE_MM = 0.8
@@ -45,7 +46,8 @@ def parabola(begins_mm: float, second_per_mm: float, length_mm: float = 0.0) -> 
 
 
 def deltas(cuts: list[Cut], *shifts: Shift) -> tuple[Array, dict[int, Array]]:
-    start, found = end_shifts(cuts, pieces(SHOULDER), pieces(SHOULDER, *shifts))
+    before, after = pieces(SHOULDER), pieces(SHOULDER, *shifts)
+    start, found = end_shifts(cuts, with_edges(cuts, before, after), before, after)
     assert len({each.move for each in found}) == len(found)
     return start, {each.move: each.delta_mm for each in found}
 
@@ -199,7 +201,15 @@ def test_a_bent_line_becomes_lines_whose_first_and_last_leave_the_nose_its_room(
     assert made.moves[0].start_mm == pytest.approx(wanted[0]) and made.moves[-1].end_mm == pytest.approx(wanted[1])
 
 
+def test_cuts_end_where_their_features_do_beside_an_arc_about_the_edge() -> None:
+    cuts = [Cut(3, 0, 0.0, 20.0), Cut(6, 1, 0.0, 10.0)]
+    before, after = pieces(SHOULDER), pieces(SHOULDER, constant(0.02), constant(-0.01))
+    (first, second), about = with_edges(cuts, before, after), with_edges(cuts, before, after, [4])
+    assert (first.end_mm, second.start_mm) == pytest.approx((20.0 - 0.01, -0.02), abs=1e-9)
+    assert list(about) == cuts and list(with_edges(cuts, before, after, [7])) == [first, second]
+
+
 def test_a_correction_that_moves_nothing_moves_no_end() -> None:
     cuts = [Cut(3, 0, 0.0, 20.0), Cut(4, 1, 0.0, 10.0)]
-    start, found = end_shifts(cuts, pieces(SHOULDER), pieces(SHOULDER))
+    start, found = end_shifts(cuts, cuts, pieces(SHOULDER), pieces(SHOULDER))
     assert not np.any(start) and all(isinstance(each, EndShift) and not np.any(each.delta_mm) for each in found)

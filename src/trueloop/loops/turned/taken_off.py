@@ -1,7 +1,7 @@
 """How much a recorded correction took off a part, by the way in which it was carried out.
 
 Memory, diagnoses and charts count by it: E = F + C is the error of the finish cut had nothing been corrected [6811
-§3.2]. C is of the process alone: what a program moves for the machine's errors is no part of it. A tool offset D moves
+§3.2]. C is of the process alone: what a program moves for the machine's errors is not in it. A tool offset D moves
 every surface of the tool by D, so that it takes −D·n off along the normal and nothing off lengths between its faces; a
 corrected program moves each surface as its contour was changed.
 """

@@ -326,12 +326,12 @@ def _targets(
     corners = np.array([feature.point_mm(feature.length_mm) for feature in profile.features])
     off_mm = np.linalg.norm(matched.path.centre_mm[edges][:, None, [0, 2]] - corners, axis=2)
     about = [k for k, far_mm in zip(edges, off_mm, strict=True) if far_mm.min() < ABOUT_MM]
-    start, shifts = end_shifts(cuts, before, after, about)
+    moved = with_edges(cuts, before, after, about)
+    start, shifts = end_shifts(cuts, moved, before, after)
     start, shifts = _from_where_it_is(matched, before, start, shifts)
     touched = [touches.arc_length_mm[touches.of_feature(i)] for i in range(len(profile.features))]
     share = writing.chords * (FOR_CHORDS if matched.match.on_contour else 1.0)
     fitting = replace(writing.fitting, tolerance_mm=share * writing.fitting.tolerance_mm)
-    moved = with_edges(cuts, before, after, about)
     bent = bent_lines(moved, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
     arcs = replaced_arcs(moved, [*is_arc, *bent], after, touched, fitting)
     run_out = [move.index for move in matched.match.run_out]

@@ -61,7 +61,7 @@ class Left:
 
 @dataclass(frozen=True)
 class Tested:
-    """What the others miss a run by: the sum of squares, in units of the stated variances, its degrees of freedom, and
+    """How far the others miss a run: the sum of squares, in units of the stated variances, its degrees of freedom, and
     the share of it that the variance of the coefficients makes where readings scatter by their uncertainty.
     """
 

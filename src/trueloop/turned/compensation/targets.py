@@ -81,18 +81,18 @@ class CutEnds:
 
 
 def with_edges(
-    cuts: Sequence[Cut], commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece], arcs: Collection[int] = ()
+    cuts: Sequence[Cut], commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece], about: Collection[int] = ()
 ) -> tuple[Cut, ...]:
     """Returns the cuts with their ends on the corrected pieces: where moves that are not drawn break the edge of two
-    features, both of its ends go with the corner. One of the moves `arcs` between them turns the nose about the edge
-    itself: the cuts begin and end where the features do.
+    features, both of its ends go with the corner. Where one of the moves `about` turns the nose about the edge, the
+    cuts end and begin where the features do.
     """
 
     def moved_mm(k: int, other: int) -> float:
         if not 0 <= other < len(cuts) or _follows(cuts, max(k, other)):
             return 0.0
         first, last = sorted((cuts[k].move, cuts[other].move))
-        if any(first < move < last for move in arcs):
+        if any(first < move < last for move in about):
             return 0.0
         feature, beside = cuts[k].feature, cuts[other].feature
         if abs(beside - feature) != 1:
@@ -107,13 +107,13 @@ def with_edges(
 
 
 def end_shifts(
-    cuts: Sequence[Cut], commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece], arcs: Collection[int] = ()
+    cuts: Sequence[Cut], moved: Sequence[Cut], commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece]
 ) -> tuple[Array, tuple[EndShift, ...]]:
-    """Returns by how much the start of the first cut and the ends of all cuts move.
+    """Returns by how much the start of the first cut and the ends of all cuts move, from those on the commanded pieces
+    to those of the cuts `moved` (`with_edges`) on the corrected ones.
 
     Where other moves stand between two cuts (about an edge), the last of them ends where the next cut starts.
     """
-    moved = with_edges(cuts, commanded, corrected, arcs)
     pairs = [(ends_of(cuts, k, commanded), ends_of(moved, k, corrected)) for k in range(len(cuts))]
     first = cuts[0].feature
     start = _difference(commanded[first], pairs[0][0].start_mm, corrected[first], pairs[0][1].start_mm)

@@ -39,7 +39,7 @@ from trueloop.turned.fit.spline import EndConditions, LinearForm, Spline, Spline
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 STEPS: Final = 400
-"""Of the integral over the process's variance: what is held is known to 1e-4."""
+"""Steps of the integral over the process's variance, whose result is right to 1e-4 of it."""
 
 ROUNDING_MM2: Final = 1e-30
 """A residual sum of squares below this is rounding of touches that have no scatter."""

@@ -122,7 +122,7 @@ def _ids(element: Element, *names: str) -> tuple[str, ...]:
 
 
 def _take_feature(results: ResultSet, element: Element, units: Units) -> None:
-    """Of which item it is, the point sets that it was made of; of a point without such a set the point itself."""
+    """Takes a feature's item and the point sets that it was made from; without such a set the point itself."""
     item = element.words("FeatureItemId")
     sets = [part.text for each in element.every("PointList") for part in each.parts]
     results.referred.update(sets)
