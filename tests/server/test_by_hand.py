@@ -546,8 +546,13 @@ FEATURES |= {"top": "face1", "step": "face3", "floor": "face4"}
 """The features that the plate's program shows, by the names of its measurement."""
 
 
-def milled_part_of(caller: Caller) -> dict[str, Any]:
-    program = hand_over(caller, "finish.nc", (PLATE / "finish.nc").read_bytes())["sha256"]
+def milled_part_of(caller: Caller, inch: bool = False) -> dict[str, Any]:
+    """The plate's program as a request; in inches every length of it divided by 25.4."""
+    text = (PLATE / "finish.nc").read_text()
+    if inch:
+        lengths = re.compile(r"(?<=[XYZIJRF])-?\d+\.\d*")
+        text = lengths.sub(lambda found: f"{float(found.group()) / 25.4:.6f}", text.replace("G21", "G20"))
+    program = hand_over(caller, "finish.nc", text.encode())["sha256"]
     return {"program": program, "dialect": "fanuc-mill", "name": "plate"}
 
 
@@ -580,15 +585,25 @@ def test_a_milled_part_is_answered_as_by_its_job_on_the_command_line(service: Ru
     assert again == "MIL-RECORD"
 
 
-def test_typed_values_of_a_milled_part_are_taken_with_their_tolerances(service: Running) -> None:
+@pytest.mark.parametrize(
+    ("value", "line"),
+    [
+        ("11,980", r"Werkzeug 2, Radius \(D22\): -0,01[45] mm dazu \(± 0,00\d\d mm\)"),
+        ("0,471654", r"Werkzeug 2, Radius \(D22\): -0,000[56] in dazu \(± 0,000\d+ in\)"),
+    ],
+    ids=["mm", "inch"],
+)
+def test_typed_values_of_a_milled_part_are_taken_with_their_tolerances(
+    service: Running, value: str, line: str, request: pytest.FixtureRequest
+) -> None:
     """By hand: bores of 12 H7 (0 to +18 µm), read 20 µm too small and brought to the middle of the zone, need a path
-    29 µm wider in diameter: a radius 14.5 µm smaller at the control.
+    29 µm wider in diameter: a radius 14.5 µm smaller at the control, 0.00057 inch.
     """
     otto = service.signed_in("operator")
-    values = {"bore1 diameter": ["11,980", "11,980"]}
-    body = {"part": milled_part_of(otto), "measured": {"values": values, "tolerances": {"bore1 diameter": "H7"}}}
+    part, values = milled_part_of(otto, "inch" in request.node.name), {"bore1 diameter": [value, value]}
+    body = {"part": part, "measured": {"values": values, "tolerances": {"bore1 diameter": "H7"}}}
     made = otto.post("by-hand/entries", body, params={"language": "de"}).json()
-    (line,) = made["entries"]
-    assert re.fullmatch(r"Werkzeug 2, Radius \(D22\): -0,01[45] mm dazu \(± 0,00\d\d mm\)", line), made
+    (entered,) = made["entries"]
+    assert re.fullmatch(line, entered), made
     answer = problem(otto.post("by-hand/entries", {**body, "measured": {"values": {"bore9 diameter": ["1"]}}}))
     assert answer == "MSR-FEATURE"
