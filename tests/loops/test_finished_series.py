@@ -21,8 +21,9 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.store.opened import Choice, Keeping
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
-from trueloop.loops.turned.finished_parts import _used
-from trueloop.loops.turned.taken_off import taken_off_sizes_mm
+from trueloop.loops.turned.finished_parts import _used, recorded_series
+from trueloop.loops.turned.next_measurement import OfSeries
+from trueloop.loops.turned.taken_off import moved_mm, taken_off_sizes_mm
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
@@ -237,6 +238,27 @@ def smaller_by_text(text: str) -> Array:
     ends = {"cylinder-2": np.array(corners[2:4]), "cylinder-1": np.array(corners[5:7])}
     cut = [float(np.interp(-z, -ends[name][:, 1], ends[name][:, 0])) for name, z, _ in PLACES]
     return np.array([size - one for (*_, size), one in zip(PLACES, cut, strict=True)] + [30.0 + corners[3][1]])
+
+
+def test_an_offset_in_force_under_a_corrected_contour_is_taken_off_with_it(tmp_path: Path) -> None:
+    """By hand: Ø +50 µm, wear −25 µm entered; Ø +8 µm on it, the contour then moved by −4 µm: 29 µm off the radius."""
+    correct(tmp_path, 1, FIRST, "offset")
+    second = correct(tmp_path, 2, (0.008,) * 4, "contour", f'{force(2)}\ncut_by = "wear"').correction
+    assert not second.decision.by_offset and second.cut_with.offset_mm[0] == pytest.approx(-0.025, abs=1e-9)
+    index, along = np.array([second.profile.names.index("cylinder-2")]), np.array([5.0])
+    assert moved_mm(second, Ran.CORRECTED, index, along) == pytest.approx([-0.029], abs=1e-3)
+
+
+def test_the_measured_part_of_a_series_is_its_latest_and_the_cut_planned_for_the_next(tmp_path: Path) -> None:
+    """The latest part is known where it was read, the next one is as uncertain as the correction states."""
+    known = recorded_series(series(tmp_path, 3).correction)
+    assert known is not None
+    at = known.vectors.feature_index[:1], known.vectors.arc_length_mm[:1]
+    errors = OfSeries(known).errors(*at)
+    measured, following = ((rows @ errors.covariance @ rows.T).item() for rows in (errors.measured, errors.following))
+    assert measured < 0.3 * following
+    predicted = known.next_part(*at).covariance_mm2.item()
+    assert following + errors.following_mm2[0] == pytest.approx(predicted, rel=1e-9)
 
 
 @pytest.mark.parametrize("way", [Ran.WEAR, Ran.OFFSETS, Ran.CORRECTED])

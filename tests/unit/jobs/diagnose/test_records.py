@@ -36,6 +36,20 @@ def test_sizes_read_by_a_gauge_on_the_machine_are_not_its_probes() -> None:
     assert [records.seen_by(one) for one in by] == [SeenBy.CMM, SeenBy.MACHINE, SeenBy.CMM]
 
 
+def test_what_a_later_inspection_did_not_measure_is_kept_if_measured_alike() -> None:
+    store = open_store("sqlite://", create=True)
+    sizes = (("journal", 40.0), ("seat", 30.0))
+    first, second = (Reading(name, Quantity.DIAMETER, size + 0.01, size, feature=name) for name, size in sizes)
+    again = replace(first, actual=40.02)
+    earlier = Inspection(part(), "readings", "7" * 64, 2, (first, second))
+    later = Inspection(part(), "readings", "8" * 64, 1, (again,))
+    keep(store, [earlier, later])
+    assert read_records(store, None).of_part(part())[SeenBy.CMM].values == (again, second)
+    touches = touched(sha256="9" * 64)
+    keep(store, [cut(), touches, InspectionLink(touches.identity, cut().identity, released=True)])
+    assert read_records(store, None).of_part(part())[SeenBy.CMM].values == touches.values
+
+
 @pytest.mark.parametrize(("quantity", "share"), [(Quantity.DIAMETER, 0.5), (Quantity.RADIUS, 1.0)])
 def test_a_diameters_correction_is_twice_that_of_the_radius(quantity: Quantity, share: float) -> None:
     value = Reading("d1", quantity, 40.01, 40.0, feature="journal")
