@@ -204,19 +204,23 @@ def test_z_from_a_face_of_one_edge_is_that_of_all_in_the_machine(tmp_path: Path,
 def test_z_from_a_face_of_one_set_up_is_that_of_the_other_in_the_machine(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of a part that is turned round for its second side, touched on a measuring machine from its front."""
+    """Of a part that is turned round for its second side and stands there on its front, touched on a measuring machine.
+
+    E where the front was cut is in the front as it was cut: the second side counts from that face, and carries none of
+    it.
+    """
     (tmp_path / "model.json").write_text(model_to_json(erring_lathe.model(), {}))
     frames = {name: f"{frame}\nwork_zero_mm = {list(BOTH[name])}" for name, frame in two_sides.FRAMES.items()}
     test_setups.touched(tmp_path, test_setups.WORN)
     n_z = np.array([p.normal[1] for p in two_sides.PLACES])
-    errors = in_setups_um(tmp_path, monkeypatch, t1_degc=SEMIFINISH_C) + 17.0 * n_z
+    errors = two_sides.standing_um(in_setups_um(tmp_path, monkeypatch, t1_degc=SEMIFINISH_C), 0.0) + 17.0 * n_z
     path = two_sides.job(tmp_path, errors.tolist(), BEFORE, frames=frames)
     text = path.read_text().replace("[gauging]\n", f'[gauging]\nz_reference = "{len(n_z)}"\n')
     for tool, at_mm in AT.items():
         text = text.replace(f"number = {tool}\n", f"number = {tool}\ntool_mm = {list(at_mm)}\n")
     path.write_text(text)
     run("compensate", path, "-o", tmp_path / "out")
-    left = in_setups_um(tmp_path, monkeypatch, "out")
+    left = two_sides.standing_um(in_setups_um(tmp_path, monkeypatch, "out"), 0.0)
     assert np.max(np.abs(left - n_z * left[-1])) < 0.6
     of_machine = 'touched_on = "machine"\nprobe_mm = [0.0, 0.0, 0.0]\nprobing = { T1 = 22.0 }'
     path.write_text(text.replace('touched_on = "cmm"', of_machine))

@@ -22,7 +22,6 @@ from trueloop.geometry.setup_frame import PART, SetupFrame
 from trueloop.loops.turned.characteristics import Share, lengths
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.in_force import InForce, edits_of
-from trueloop.loops.turned.part_on_machine import Zero
 from trueloop.loops.turned.process_intermittent import compensate, zero_in_machine
 from trueloop.loops.turned.share import inputs_of_edge, judged_on_part, own_inputs, shared_words
 from trueloop.nc.edit.changes import insert_heading, not_as_intended, verify_written
@@ -196,23 +195,22 @@ def correct_part(
 
 
 def with_zero(cuts: Sequence[SetupCuts]) -> tuple[SetupCuts, ...]:
-    """Returns the cuts with what the machine errs by at the place from which z counts, which one edge cuts, in the
-    frame of every other one. Raises NC, GEO and MCH errors.
+    """Returns the cuts with what the machine errs by at the place from which z counts, which one edge cuts, for the
+    other edges of its set-up. In the other set-ups the part stands on that face as it was cut: no error of the machine
+    of the set-up that cut it is in their z. Raises NC, GEO and MCH errors.
     """
-    edges = [(cut, own, inputs) for cut in cuts for own, inputs in cut.cuts]
-    if len(edges) == 1 or edges[0][2].machine is None:
+    if sum(len(cut.cuts) for cut in cuts) == 1 or cuts[0].cuts[0][1].machine is None:
         return tuple(cuts)
-    for of, own, whole in edges:
+    return tuple(_from_zero(cut) for cut in cuts)
+
+
+def _from_zero(of: SetupCuts) -> SetupCuts:
+    for own, whole in of.cuts:
         mine = own_inputs(whole, own)
         zero = None if mine is None else zero_in_machine(mine)
         if zero is not None:
-            of_part = zero.times(of.frame.sign)
-            return tuple(_from_zero(cut, of_part.times(cut.frame.sign)) for cut in cuts)
-    return tuple(cuts)
-
-
-def _from_zero(of: SetupCuts, zero: Zero) -> SetupCuts:
-    return replace(of, cuts=tuple((own, replace(inputs, zero=zero)) for own, inputs in of.cuts))
+            return replace(of, cuts=tuple((own, replace(inputs, zero=zero)) for own, inputs in of.cuts))
+    return of
 
 
 def correct_setup(

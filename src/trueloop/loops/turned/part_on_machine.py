@@ -230,10 +230,6 @@ class Zero:
     probed_mm: float = 0.0
     cut_in_mm: float = 0.0
 
-    def times(self, sense: float) -> "Zero":
-        """Returns it with z in this sense: −1 turns it round."""
-        return Zero(sense * self.probed_mm, sense * self.cut_in_mm)
-
 
 @dataclass(frozen=True)
 class Surface:
