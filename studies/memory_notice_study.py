@@ -14,7 +14,7 @@ from studies.memory_level_study import SEED
 from trueloop.arrays import Array, Integers
 from trueloop.domain.life import Stage
 from trueloop.memory.made_part import CutErrors, MadePart
-from trueloop.memory.noticing.notice import PartChanges, notice_part
+from trueloop.memory.noticing import PartChanges, notice_part
 from trueloop_lab.simulator.series import Event, Series, Shop, What, draw
 
 HISTORIES: Final = 60

@@ -8,11 +8,11 @@ import numpy as np
 from tests.unit.memory.edge.parts import ANGLES, series
 from trueloop.domain.life import Stage
 from trueloop.errors import Code
-from trueloop.jobs.store.judged import alarms_of
+from trueloop.jobs.store.keep_facts import alarms_of
 from trueloop.memory.edge.predict import expect
 from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import CutErrors
-from trueloop.memory.noticing.notice import notice_part
+from trueloop.memory.noticing import notice_part
 
 HISTORY = series(1)
 UNTOUCHED = replace(series(2)[1], semifinish=CutErrors.none(), finish=None, correction_mm=None)

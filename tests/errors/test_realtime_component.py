@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trueloop.controllers.linuxcnc.component import compiled
 from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
 from trueloop.controllers.linuxcnc.realtime.hal_lines import wiring
-from trueloop.controllers.linuxcnc.realtime.install import check_symbols, check_version
+from trueloop.controllers.linuxcnc.realtime.install import check_symbols, check_version, compiled
 from trueloop.errors import Code, TrueloopError
 from trueloop.realtime.image import Bank, Identity, Image, RealTimeLimits
 from trueloop_lab.linuxcnc.component import source

@@ -8,7 +8,7 @@ from trueloop.errors import Code
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.surface.kept_parts import keep_parts, with_kept_parts
 from trueloop.loops.surface.over_parts import NoticedPart, as_findings
-from trueloop.memory.noticing.notice import Alarm, What
+from trueloop.memory.noticing import Alarm, What
 from trueloop.storage.store import open_store
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tests.support.signals import until
-from trueloop.controllers.linuxcnc.component import require_linuxcnc
+from trueloop.controllers.linuxcnc.realtime.install import require_linuxcnc
 from trueloop_lab.linuxcnc.session import _namespaces
 
 SPEED = """

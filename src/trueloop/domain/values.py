@@ -16,11 +16,12 @@ from trueloop.domain.life import (
     Ran,
     Stage,
 )
-from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.proposal import (
     Effect,
     HeldTool,
+    ModelDecision,
+    ModelVersion,
     PartCutWith,
     Proposal,
     ProposalClass,

@@ -14,9 +14,8 @@ from typing import Any, Final
 from trueloop.domain.factory import Run, RunFact, WorkOrder
 from trueloop.domain.inspection import BothInspections, Inspection, StandardPart
 from trueloop.domain.life import Cut, EdgeEvent, InspectionLink, Quarantine
-from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
+from trueloop.domain.proposal import ModelDecision, ModelVersion, PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.record import Correction, Program, ProgramText
 from trueloop.domain.tool import Edge, Machine, Setting, Tool
 

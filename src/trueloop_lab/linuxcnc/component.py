@@ -3,7 +3,7 @@
 from functools import cache
 from importlib import resources
 
-from trueloop.controllers.linuxcnc.component import compiled
+from trueloop.controllers.linuxcnc.realtime.install import compiled
 from trueloop.errors import Code
 
 

@@ -15,7 +15,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.component import require_linuxcnc
+from trueloop.controllers.linuxcnc.realtime.install import require_linuxcnc
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop_lab.linuxcnc.component import source, virtual_part
 

@@ -9,7 +9,7 @@ import pytest
 from tests.support.cli import invoke, output_of
 from tests.support.refusals import refused
 from tests.support.worn_lathe import cut, lathe_model, straightness
-from trueloop.domain.model_version import ModelDecision, ModelVersion
+from trueloop.domain.proposal import ModelDecision, ModelVersion
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code
 from trueloop.formats.tables.model_file import model_to_json, read_model

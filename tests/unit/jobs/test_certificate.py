@@ -14,8 +14,8 @@ from tests.support.cli import run
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import BothInspections, Inspection, MachineStood, Reading
 from trueloop.domain.life import Cut, InspectionLink, Stage
-from trueloop.domain.model_version import ModelDecision
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.proposal import ModelDecision
 from trueloop.domain.record import ProgramText
 from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.errors import Code, TrueloopError

@@ -14,7 +14,7 @@ from trueloop.jobs.surface.job import ReadSurface, pattern_of_parts
 from trueloop.jobs.surface.kept_parts import AddedPart, Together, add_parts, keep_parts, measured_of, with_kept_parts
 from trueloop.loops.surface.over_parts import BEYOND_DOUBT, NoticedPart, as_findings, notice_in_order
 from trueloop.loops.surface.surface import SurfaceModel, model_of
-from trueloop.memory.noticing.notice import What
+from trueloop.memory.noticing import What
 from trueloop.storage.store import Store, find, open_store
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.options import SurfaceOptions

@@ -18,8 +18,8 @@ from tests.support.stores import AT, cut, link, part, touched
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import BothInspections, Inspection, MachineStood, Reading, StandardPart
 from trueloop.domain.life import Cut, InspectionLink
-from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import PartType
+from trueloop.domain.proposal import ModelDecision, ModelVersion
 from trueloop.domain.record import Correction, sha256_of
 from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError

@@ -8,7 +8,7 @@ from typing import Any, Final
 from sqlalchemy import ColumnElement, Select, func, insert, select, update
 
 from trueloop.domain.factory import BlockKind, StepState
-from trueloop.domain.model_version import ModelDecision, ModelVersion
+from trueloop.domain.proposal import ModelDecision, ModelVersion
 from trueloop.domain.tool import Edge, Setting
 from trueloop.factory.known import unknown
 from trueloop.factory.load import StoreReader, machine_names

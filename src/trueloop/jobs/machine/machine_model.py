@@ -12,8 +12,8 @@ from trueloop.arrays import Array
 from trueloop.described import filled_from
 from trueloop.diagnosis.components import Inspections
 from trueloop.domain.inspection import BothInspections, CmmPoint, Inspection, MachineStood, Vector
-from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.proposal import ModelDecision, ModelVersion
 from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Machine
 from trueloop.errors import Code, in_file

@@ -8,10 +8,9 @@ from typing import Any
 
 from trueloop.domain.inspection import BothInspections, Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
-from trueloop.domain.model_version import ModelDecision
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.domain.part import Part, WholePart, joined_shares
-from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
+from trueloop.domain.proposal import ModelDecision, PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.record import Correction, ProgramText
 from trueloop.errors import Code
 from trueloop.formats.outputs import write_all

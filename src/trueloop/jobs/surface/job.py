@@ -16,8 +16,14 @@ from trueloop.formats.outputs import Named
 from trueloop.formats.record_file import read_record
 from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.surface import Surface, fit_grid
-from trueloop.jobs.surface.cut_with import require_stated, with_cut
-from trueloop.jobs.surface.points import inspection_of, point_files, read_measured, require_measured_once
+from trueloop.jobs.surface.cut_with import (
+    inspection_of,
+    point_files,
+    read_measured,
+    require_measured_once,
+    require_stated,
+    with_cut,
+)
 from trueloop.jobs.turned.cut_with import GIVEN
 from trueloop.jobs.user import user_name
 from trueloop.loops.surface.compare import Comparison, group_of, require_comparable

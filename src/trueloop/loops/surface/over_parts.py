@@ -6,7 +6,7 @@ from typing import Final
 
 from trueloop.errors import Code, Finding, Severity
 from trueloop.loops.surface.surface import Part
-from trueloop.memory.noticing.notice import BY_CHANCE, Alarm, What
+from trueloop.memory.noticing import BY_CHANCE, Alarm, What
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.pattern import (
     LEAST_PARTS,

@@ -28,7 +28,7 @@ from trueloop.loops.turned.taken_off import from_memory_mm, program_that_ran, ta
 from trueloop.memory.edge.predict import expect
 from trueloop.memory.edge.refuse import FEW, is_seen
 from trueloop.memory.made_part import CutErrors, Expected, MadePart
-from trueloop.memory.noticing.notice import PartChanges, notice_part
+from trueloop.memory.noticing import PartChanges, notice_part
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.chain_fit import Chain, chains_of
 from trueloop.turned.fit.prior.remembered_fit import Remembered, angles_along

@@ -19,7 +19,7 @@ import numpy as np
 
 from trueloop.errors import TrueloopError
 from trueloop.jobs.factory.imports import READINGS
-from trueloop.server.apart.answers import CODEC, Answer, Question, Refusal
+from trueloop.server.apart.reading import CODEC, Answer, Question, Refusal
 
 READY: Final = b"ready\n"
 """Its first line, when everything is imported."""

@@ -10,18 +10,21 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from threading import Event, Lock, Timer
-from typing import Final, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 from weakref import WeakKeyDictionary
 
 from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.described import filled_from
+from trueloop.domain.codec import Codec
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.jobs.factory.imports import CODEC as READ
 from trueloop.jobs.factory.uploads import HandedFile, ReadingOptions, Upload, handed
-from trueloop.server.apart.answers import CODEC, Answer, Question
 from trueloop.server.guarded import Service
 from trueloop.server.settings import Limits
 
@@ -39,6 +42,56 @@ _PASSED_ON: Final = ("PATH", "PYTHON", "LANG", "LC_", "LD_LIBRARY_PATH", "HOME",
 """Beginnings of the names of what the process gets of the service's environment: no password of a database."""
 
 T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Question:
+    """How a file is to be read, by the name of the way, in what time and with how much more memory than at first."""
+
+    reading: str
+    handed: HandedFile
+    seconds: float
+    memory_bytes: int
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A `TrueloopError`."""
+
+    code: Code
+    message: str
+    hint: str
+    place: Place
+    override: str | None
+    values: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, error: TrueloopError) -> "Refusal":
+        """Makes a refusal from an error."""
+        return filled_from(cls, error)
+
+    def error(self) -> TrueloopError:
+        """Makes the error from the refusal."""
+        given = {"hint": self.hint, "place": self.place, "override": self.override, "values": self.values}
+        return self.code.refusal(self.message, **given)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The result of reading, or why it failed: refused, a fault of ours (its error and where), or the memory did not
+    suffice.
+
+    `memory_bytes`: how much more memory the process has now than at its start.
+    """
+
+    value: Any = None
+    refusal: Refusal | None = None
+    fault: str = ""
+    exhausted: bool = False
+    memory_bytes: int = field(default=0, kw_only=True)
+
+
+CODEC: Final[Codec] = READ.with_more(Question, Answer, Refusal, Code, Place)
 
 
 class _Queue:

@@ -11,8 +11,8 @@ from fastapi.responses import StreamingResponse
 from trueloop.factory.shown.machines import machine_view, machines_now, require_known
 from trueloop.factory.views.orders import MachineNow, Page
 from trueloop.factory.views.parts import MachineView
-from trueloop.server import streams
 from trueloop.server.guarded import By, Here, router
+from trueloop.server.routes import events
 
 routes = router()
 _LARGEST: Final = (1 << 63) - 1
@@ -30,10 +30,10 @@ def trace(name: str, here: Here, who: By, request: Request) -> StreamingResponse
     require_known(here.store, name, here.clock())
 
     def read(after: int) -> tuple[int, list[bytes]]:
-        return streams.trace_after(here.store, name, after)
+        return events.trace_after(here.store, name, after)
 
     state = request.app.state
-    return streams.stream(here, who, state.figures, state.stopping, 0, read)
+    return events.stream(here, who, state.figures, state.stopping, 0, read)
 
 
 @routes.get("/machines/{name:path}/corrector", response_class=StreamingResponse)
@@ -52,7 +52,7 @@ def corrector(
         told: tuple[int, list[bytes]] = state.traces.after(name, after)
         return told
 
-    return streams.stream(here, who, state.figures, state.stopping, last_event_id or 0, read)
+    return events.stream(here, who, state.figures, state.stopping, last_event_id or 0, read)
 
 
 @routes.get("/machines/{name:path}")

@@ -8,7 +8,7 @@ from scipy import stats
 
 from trueloop.arrays import Array
 from trueloop.estimate.weights import plain
-from trueloop.memory.noticing.notice import What, White, gain_of, kept, level_and_shape, notice
+from trueloop.memory.noticing import What, White, gain_of, kept, level_and_shape, notice
 
 ANGLES = np.linspace(0.1, 1.5, 20)
 NAMES = [f"P{k + 1}" for k in range(20)]

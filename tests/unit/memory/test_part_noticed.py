@@ -8,7 +8,7 @@ import pytest
 from trueloop.arrays import Array
 from trueloop.domain.life import Stage
 from trueloop.memory.made_part import CutErrors, MadePart
-from trueloop.memory.noticing.notice import What, notice_part
+from trueloop.memory.noticing import What, notice_part
 
 ANGLES = np.radians(np.linspace(10, 85, 12))
 CORRECTION = 0.018 + 0.006 * np.cos(4 * ANGLES)

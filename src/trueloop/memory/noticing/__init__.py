@@ -1,1 +1,0 @@
-"""Changes noticed: tests on the differences of a part from its prediction."""
