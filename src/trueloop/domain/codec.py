@@ -42,9 +42,7 @@ def fits(value: object, hint: Any) -> bool:
 
 
 def _holds(value: object, inner: tuple[Any, ...]) -> bool:
-    """Returns whether the elements of a container are of the types in its annotation; of another generic type,
-    always.
-    """
+    """Returns whether a container's elements are of the types of its annotation; of other generic types, always."""
     if isinstance(value, Mapping):
         return all(fits(key, inner[0]) and fits(one, inner[1]) for key, one in value.items())
     if isinstance(value, tuple) and inner[-1] is not Ellipsis and len(inner) > 1:

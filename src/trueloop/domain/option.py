@@ -185,9 +185,7 @@ def latest_time(measured_at: datetime) -> datetime:
 
 
 def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
-    """Refuses touches that are older than the limit, or from the future. Both times know their zone, or neither; of
-    a day without a time the end counts.
-    """
+    """Refuses touches that are older than the limit, or from the future. Of a day without a time its end counts."""
     age_hours = (now - measured_at).total_seconds() / 3600
     if age_hours < 0:
         ahead = f"{-60.0 * age_hours:.1f} min" if age_hours > -2.0 else f"{-age_hours:.1f} h"

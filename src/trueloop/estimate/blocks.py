@@ -54,10 +54,7 @@ class Mixed:
 
 
 def mixed(values: Array, blocks: Mapping[str, Block], weight: Array, noise: float) -> Mixed:
-    """Fits values (n,) whose noise is expected to be `noise`; a value of weight 1/2 counts as half a value.
-
-    All lengths are in the same unit.
-    """
+    """Fits values (n,) with expected noise `noise`; a value of weight 1/2 counts half. One unit for all lengths."""
     rows = np.hstack([np.zeros((len(values), 0)), *(block.rows for block in blocks.values())])
     ends = np.cumsum([0, *(block.rows.shape[1] for block in blocks.values())])
     own, reach = np.repeat(np.arange(len(blocks)), np.diff(ends)), [noise * end for end in NOISE_REACH]

@@ -1,7 +1,4 @@
-"""Places of cuts: where an error is, and of which edge, part type, part and cut.
-
-Measured values as linear functionals of the error at places.
-"""
+"""Places of cuts: where an error is, of which edge, type, part and cut; measured values are linear in the errors."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -108,9 +108,7 @@ def _most_probable(badness: "Badness", catalogue: Catalogue, start: Sizes, round
 
 @dataclass(frozen=True, eq=False)
 class _Columns:
-    """The matrix `design` (k, m) by which `rows` of the values follow coefficients, or scatter, of the variances
-    `which` (m,).
-    """
+    """The matrix (k, m) by which `rows` of the values follow coefficients, or scatter, of variances `which` (m,)."""
 
     rows: slice | Integers
     design: Array

@@ -80,9 +80,7 @@ class State:
         )
 
     def given(self, observed: Observed, robust: bool = True) -> Updated:
-        """Returns the state with observations included; `robust` weighs each by the probability that it is a gross
-        error.
-        """
+        """Returns the state with observations; `robust` weighs each by the probability that it is a gross error."""
         state = self.at(observed.places)
         noise, rows = state.noise_mm2(observed), observed.of(state.design(observed.places))
         followed = _followed(rows)
@@ -109,9 +107,7 @@ class State:
         )
 
     def noise_mm2(self, observed: Observed) -> Array:
-        """Returns the covariance of the instrument's errors and the repeatability of the cut in measured values, (n,
-        n).
-        """
+        """Returns the covariance of instrument errors and the cut's repeatability in measured values, (n, n)."""
         scatter = self.catalogue.repeatability_mm2(observed.places, self.sizes)
         own = _scattered(scatter, observed.functional)
         return np.asarray(own + observed.instrument_mm2 + JITTER_MM2 * np.eye(len(observed)))
@@ -145,9 +141,7 @@ class State:
         return np.asarray(rows @ self.covariance[np.ix_(followed, followed)] @ rows.T)
 
     def at(self, places: Places) -> "State":
-        """Returns the state with coefficients for everything that these places refer to, and random walks at the
-        places' clocks.
-        """
+        """Returns the state with coefficients for all that the places refer to, random walks at the places' clocks."""
         variances, blocks, clocks = list[Array](), dict(self.blocks), dict(self.clocks)
         moved, count = np.zeros(len(self.mean)), len(self.mean)
         for term in self.catalogue.terms:
@@ -181,9 +175,7 @@ class State:
         return state._scaled([at for at, _ in unseen], np.array([tail / (tail - 2.0) for _, tail in unseen]))
 
     def design(self, places: Places, terms: Collection[str] | None = None) -> Array:
-        """Returns the matrix by which the errors at places follow the coefficients, (N, m). The state has to know all
-        of the places.
-        """
+        """Returns the matrix by which errors at places, all known to the state, follow the coefficients, (N, m)."""
         rows = np.zeros((len(places), len(self.mean)))
         for term in self.catalogue.terms:
             if terms is not None and term.name not in terms:

@@ -61,9 +61,7 @@ def probabilities(log_weight: Array, axis: int | None = -1) -> Array:
 
 
 def tried(sizes: Sequence[Sequence[float]], of: Integers) -> Array:
-    """Returns every combination of the sizes of blocks, as sizes of the columns: `of` (...) is the block of each, (m,
-    ...).
-    """
+    """Returns all combinations of the blocks' sizes, as sizes of columns; `of` (...): each one's block, (m, ...)."""
     return np.asarray(np.array(list(product(*sizes)))[:, of])
 
 

@@ -1,3 +1,1 @@
-"""The operations of a shop: orders, proposals, decisions, runs, certificates. Pure decisions, and one shell that does
-them.
-"""
+"""Operations of a shop: orders, proposals, decisions, runs, certificates; pure decisions, one shell that does them."""

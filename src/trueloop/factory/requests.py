@@ -151,10 +151,7 @@ class RecordStep(Request, needs=Role.OPERATOR):
 
 @dataclass(frozen=True)
 class StepCorrected(Request, needs=Role.SERVICE):
-    """The step CORRECT came to a correction (its record's id) and a program, kept in the store already.
-
-    `gauged_by`: the run whose touches it was made from.
-    """
+    """A correction (its record's id) and a program by the step CORRECT; `gauged_by`: the run of its touches."""
 
     order: str
     part: int

@@ -24,10 +24,7 @@ def titles() -> dict[str, str]:
 
 
 def copy_example(name: str, folder: Path) -> int:
-    """Copies a folder of examples to a new place; how many files that were.
-
-    Raises JOB-EXISTS where something is there, OUT-FOLDER where the system refuses.
-    """
+    """Copies a folder of examples to a new place; how many files. Raises JOB-EXISTS, and OUT-FOLDER of the system."""
     from trueloop.formats.outputs import write_all
 
     if folder.exists():

@@ -129,9 +129,7 @@ def collision(text: str, line: int) -> Collision | None:
 
 
 def _collide(earlier: Statement, later: Statement) -> bool:
-    """Returns whether the later one defines what the earlier one has defined; a heading may open what keys do not
-    fill.
-    """
+    """Returns whether the later one defines what the earlier one has; a heading may open what keys do not fill."""
     old, new = earlier.location, later.defines
     shared = min(len(old), len(new))
     if old[:shared] != new[:shared]:

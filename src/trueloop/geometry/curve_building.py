@@ -82,9 +82,7 @@ def mapped(curve: Curve, matrix: Array, offset_mm: Array) -> Curve:
 
 
 def _pieces(name: str, derivative: Along, low: float, high: float) -> Iterator[tuple[float, float, Array]]:
-    """Yields for every piece the parameter at which it begins, its length in mm and its unit tangents at Chebyshev's
-    places of its arc length.
-    """
+    """Yields each piece's first parameter, its length in mm and its unit tangents at Chebyshev's places."""
     waiting = [(low, high, 0)]
     while waiting:
         a, b, halvings = waiting.pop()

@@ -138,9 +138,7 @@ def _corner(before: Feature, after: Feature, turn_rad: float, distance_mm: float
 
 
 def _between(moved: Feature, start: Point, end: Point, distance_mm: float) -> Feature:
-    """Returns the moved feature from `start` to `end`, both on it. Raises GEO-NARROW where these are in reverse
-    order.
-    """
+    """Returns the moved feature from `start` to `end`, both on it. Raises GEO-NARROW where these are reversed."""
     if float(moved.locate(end)[0]) - float(moved.locate(start)[0]) <= 0:
         raise _narrow(moved.name, moved.name, start, abs(distance_mm))
     return from_to(moved, start, end)

@@ -57,15 +57,12 @@ def _require_names(features: Sequence[Feature]) -> None:
     for number, feature in enumerate(features, start=1):
         if not feature.name or feature.name in seen:
             raise Code.GEO_NAME.refusal(
-                f"feature {number} of {len(features)} is named '{feature.name}', " + _name_fault(feature.name),
+                f"feature {number} of {len(features)} is named '{feature.name}', "
+                + ("as is one before it" if feature.name else "which is empty"),
                 hint="give every feature its own name: touches are tied to features by it",
                 values={"feature": feature.name},
             )
         seen.add(feature.name)
-
-
-def _name_fault(name: str) -> str:
-    return "as is one before it" if name else "which is empty"
 
 
 def _require_feature(feature: Feature, gap_mm: float) -> None:

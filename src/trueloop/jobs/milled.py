@@ -191,9 +191,7 @@ def entries_for_next_part(job: MilledJob) -> Proposal:
 
 
 def record_of(job: MilledJob, proposal: Proposal) -> bytes:
-    """Returns the record of the numbers, with those in force before it, as a later job names it under
-    `measured.entered`.
-    """
+    """Returns the record of the numbers, with those in force before, as a later job's `measured.entered` names it."""
     about = {
         "kind": KIND,
         "part_type": job.name,
@@ -303,9 +301,7 @@ def _renamed(reading: Reading, listed: Mapping[str, str], features: tuple[str, .
 
 
 def _changes(records: Sequence[Path], part_type: str) -> Changes:
-    """Returns the changes of records and of all that were in force before them. Raises MIL-RECORD for any other
-    file.
-    """
+    """Returns the changes of records and of all in force before them. Raises MIL-RECORD for any other file."""
     changes, named = Changes(), set[str]()
     for path in records:
         content = read_input(path, Code.MIL_RECORD, hint=f"name the {RECORD} that an earlier job has written")

@@ -197,10 +197,7 @@ def _words(letter: str, numbers: tuple[int, ...], dialect: str) -> str:
 
 @dataclass(frozen=True)
 class ProposedJob:
-    """A job that was written, its features with what cuts them, and notes on what the program leaves open.
-
-    `dialect` and unit (`inch`) are the program's.
-    """
+    """A written job, its features with what cuts them, and notes; `dialect` and unit (`inch`) are the program's."""
 
     file: Path
     features: tuple[MilledFeature, ...]

@@ -281,10 +281,7 @@ def tools_of_job(path: Path, book: Book) -> tuple[JobTool, ...]:
 def _job_tool(
     part: Profile, of: OfSetup, files: JobFiles, own: OwnContour | None, characteristics: Mapping[str, Characteristic]
 ) -> JobTool:
-    """Returns a tool of a set-up; `own` None: the job's only one, which cuts the whole `part`.
-
-    Raises SET-OFFSET where the control mirrors Z.
-    """
+    """Returns a tool of a set-up; `own` None: the job's only one. Raises SET-OFFSET where the control mirrors Z."""
     program, frame = of.setup.program, of.setup.frame
     x_is = files.job.own_programs.offset_x_is
     x_is_diameter = None if x_is is None else x_is == "diameter"

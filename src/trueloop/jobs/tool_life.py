@@ -1,7 +1,4 @@
-"""A tool's edge out of the store, with what it has taught, as it is shown.
-
-The memory of a tool's edge, as it is shown: computed from its parts, never kept.
-"""
+"""A tool's edge out of the store with what it has taught, as it is shown: computed from its parts, never kept."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -171,9 +168,7 @@ def _points(knowledge: EdgeKnowledge) -> Iterator[MemoryPoint]:
 
 
 def _next(history: Sequence[MadePart], part_type: str, say: Texts) -> NextPart:
-    """Of a next part that is touched where the last one of its type was. Which values are found there does not matter
-    to how well the rest is known.
-    """
+    """Of a next part touched where the last one of its type was; which values are found does not matter."""
     last = next(part for part in reversed(history) if part.part_type == part_type)
     after = max(part.order for part in history) + 1.0
     today = replace(last, serial="", order=after, setting=history[-1].setting, finish=None, correction_mm=None)

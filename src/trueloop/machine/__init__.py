@@ -1,3 +1,1 @@
-"""The errors of the machine: kinematic chain, error terms, thermal terms, identification, machine-coordinate
-correction.
-"""
+"""Errors of the machine: kinematic chain, error and thermal terms, identification, correction of its coordinates."""

@@ -298,7 +298,11 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
         if no_positions != IN_NO_CASE:
             _require_one_zero(program, first, frame, at_first)
         if inch is None:
-            raise _no_unit(program, first)
+            raise Code.NC_UNIT.refusal(
+                f"the program does not state its unit before its first length, {first.text}: 1 is 1 mm or 25.4 mm",
+                hint="write G20 or G21 before it, or say which unit is in force at the start: --unit mm or --unit inch",
+                place=program.place(first.start),
+            )
         for axis, angle in angles.items():
             if angle % 360.0 != 0.0:  # NaN as well
                 raise _no_point(program, first, f"a point where {axis} does not stand at 0 degrees, or is not known to")
@@ -388,14 +392,6 @@ def _unit(program: Program, block: Block, inch: bool | None, *, first: bool) -> 
             place=program.place(stated[-1].start),
         )
     return now
-
-
-def _no_unit(program: Program, word: Word) -> TrueloopError:
-    return Code.NC_UNIT.refusal(
-        f"the program does not state its unit before its first length, {word.text}: 1 is 1 mm or 25.4 mm",
-        hint="write G20 or G21 before it, or say which unit is in force at the start: --unit mm or --unit inch",
-        place=program.place(word.start),
-    )
 
 
 def _no_point(program: Program, word: Word, why: str) -> TrueloopError:
@@ -584,9 +580,7 @@ def _require_way(axis: str, backlash_mm: float) -> None:
 
 
 def _tool_points_mm(setup: Setup, tool: Integers, offset_mm: Array) -> Array:
-    """Returns the tool points (n, 3) from the frame of the last axis, mm. Raises MCH-FRAME for a tool of which none is
-    known.
-    """
+    """Returns the tool points (n, 3) from the last axis' frame, mm. Raises MCH-FRAME for an unknown tool."""
     named = np.isin(tool, list(setup.tool_mm))
     if setup.table is None:
         return looked_up(np.where(named, tool, ANY_TOOL), setup.tool_mm, "tool", HINT)

@@ -21,9 +21,7 @@ from trueloop.units import SIGNALS, UM_PER_MM
 
 @dataclass(frozen=True)
 class Drift:
-    """The drift of one channel, in the unit of its values: range over the whole test, and the largest range within
-    `window_s`.
-    """
+    """The drift of one channel, in its unit: range over the whole test, and the largest within `window_s`."""
 
     channel: str
     total_range: float
@@ -119,9 +117,7 @@ class DriftModel:
         return {name: sum(a for a, _ in pairs) / max(sum(b for _, b in pairs), 1e-300) for name, pairs in found.items()}
 
     def predict(self, time_s: Array, signals: Mapping[str, Array]) -> Array:
-        """Predicts the drift (n,) from rows that begin in equilibrium, as the data did. Raises MCH-SIGNAL for a signal
-        left out.
-        """
+        """Predicts drift (n,) from rows that begin in equilibrium, as the data did. Raises MCH-SIGNAL."""
         if missing := [name for name in self.signals if name not in signals]:
             raise Code.MCH_SIGNAL.refusal(
                 f"{len(missing)} signals that the drift model needs are not given: {', '.join(missing)}",
@@ -137,9 +133,7 @@ class DriftModel:
         return total / len(self.members)
 
     def summed(self) -> list[Member]:
-        """Returns the members of one ladder and the same inputs added up: the model is their sum over
-        `len(members)`.
-        """
+        """Returns a ladder's members and the inputs added up: the model is their sum over `len(members)`."""
         found: dict[tuple[object, object], Member] = {}
         for member in self.members:
             key = (member.inputs, member.ladder_s)
@@ -213,9 +207,7 @@ def _member(inputs: tuple[str, ...], columns: Array, drift: Array, ladder: tuple
 
 
 def _held_small(columns: Array, drift: Array) -> tuple[Array, Array]:
-    """Returns (weights (columns, strengths), constants (strengths,)) of ridge regressions over columns of unit
-    spread.
-    """
+    """Returns (weights (columns, strengths), constants (strengths,)) of ridge regressions over unit-spread columns."""
     mean, spread = columns.mean(axis=0), columns.std(axis=0)
     spread = np.where(spread > 1e-9 * np.abs(columns).max(initial=0.0), spread, np.inf)
     scaled = (columns - mean) / spread
@@ -279,9 +271,7 @@ def held_out(test: DriftTest, share: float) -> list[DriftRun]:
 
 
 def judged_models(test: DriftTest, runs: Sequence[DriftRun]) -> dict[str, DriftModel]:
-    """Returns each channel's model of the whole log, with the residual that the model of its beginning left. Raises
-    MCH-DATA.
-    """
+    """Returns each channel's model of the log, with the residual of its beginning's model. Raises MCH-DATA."""
     return {
         run.channel: replace(
             fit_drift(test.time_s, test.signals, UM_PER_MM * test.displacement_mm[run.channel]), left_um=run.rms_um

@@ -266,9 +266,7 @@ def fit_pattern(plates: Sequence[Plate], start: Array | None = None) -> PatternF
 
 
 def _start(plates: Sequence[Plate], whole: PatternLikelihood) -> tuple[Array, int, Array]:
-    """Returns the likeliest parameters of some holes of every plate, near those of all, and the start of the further
-    search.
-    """
+    """Returns the likeliest parameters of some holes of every plate, near those of all, to begin the search."""
     counts = [len(plate.nominal_mm) for plate in plates]
     ends, share = np.cumsum([0, *counts]), min(1.0, SOME / sum(counts))
     some = np.concatenate(
@@ -412,9 +410,7 @@ def require_repeating(left: Sequence[LeftOut] | None) -> None:
 
 
 def pattern_table(pattern: PatternField, step_mm: float, margin_mm: float = 0.0) -> PlaneTable:
-    """Tabulates the pattern on a grid over all holes of the plates and a margin, where it is a guess; its steps
-    `step_mm` at the most.
-    """
+    """Tabulates the pattern over all holes and a margin, where it is a guess, in steps of `step_mm` at the most."""
     low, high = pattern.known_mm.min(axis=0) - margin_mm, pattern.known_mm.max(axis=0) + margin_mm
     x, y = (np.linspace(a, b, int(np.ceil((b - a) / step_mm)) + 1) for a, b in zip(low, high, strict=True))
     correction = -_at(pattern, x, y)

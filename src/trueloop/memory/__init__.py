@@ -1,3 +1,1 @@
-"""Learning from earlier parts: models of an edge and of a series, weights, and changes noticed. Numbers only, no
-files.
-"""
+"""Learning from earlier parts: models of an edge and of a series, weights, changes noticed. Numbers only."""

@@ -161,8 +161,7 @@ def of_left_out(touch: LeftOut) -> str:
 
 
 SAME_DIRECTION: Final = 1e-3
-"""The share of the largest singular value below which a direction is unseen: with all touches on a cylinder nothing is
-seen along Z."""
+"""Share of the largest singular value below which a direction is unseen: on a cylinder, nothing along Z."""
 
 
 @dataclass(frozen=True)

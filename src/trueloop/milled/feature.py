@@ -73,9 +73,7 @@ class MilledFeature:
         return centre + 0.5 * self.size_mm * outwards, -outwards if self.inward else outwards
 
     def size_weights(self, quantity: Quantity) -> Array | None:
-        """Returns how the deviation of a diameter, radius or width follows the errors at `surface`, (n,); None where
-        the feature has no such size.
-        """
+        """Returns how the deviation of a diameter, radius or width follows errors at `surface`, (n,); None: no size."""
         sign = -1.0 if self.inward else 1.0
         if self.kind in ROUND and quantity in (Quantity.DIAMETER, Quantity.RADIUS):
             return np.full(AROUND, sign * (2.0 if quantity is Quantity.DIAMETER else 1.0) / AROUND)

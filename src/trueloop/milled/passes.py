@@ -231,9 +231,7 @@ class Passes:
         return found
 
     def tightest_corner_mm(self, tool: int) -> float | None:
-        """Returns the smallest radius of an arc, less than a full turn, along which the control keeps a tool inside by
-        its register; None without.
-        """
+        """Returns the smallest radius of an arc, not a full turn, along which the tool is inside; None without."""
         path, moves = self.path, self.arcs
         inside = (path.compensation[moves] == LEFT) == (path.sweep_rad[moves] < 0.0)
         turn = np.abs(path.sweep_rad[moves]) < math.pi - SAME_MM

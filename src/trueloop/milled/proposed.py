@@ -227,9 +227,7 @@ def _pairs(walls: Sequence[Wall], top: float, notes: dict[str, None]) -> Iterato
 def _add_pair(
     runs: dict[tuple[object, ...], tuple[float, MilledFeature]], one: Wall, others: Sequence[Wall], top: float
 ) -> bool:
-    """Returns whether a wall has a pair with one of its opposites, and adds that with the nearest, the longest between
-    two planes.
-    """
+    """Returns whether a wall has an opposite; adds the pair with the nearest one, the longest between planes."""
     pairs = [(other, *_between(one, other)) for other in others if other.low_mm == one.low_mm]
     near = [(abs(gap), overlap, gap, middle) for _, gap, overlap, middle in pairs if overlap > 0.0 and gap != 0.0]
     if not near:
@@ -272,9 +270,7 @@ def _between(wall: Wall, other: Wall) -> tuple[float, float, Point]:
 
 
 def _faces(passes: Passes, radius_mm: Mapping[int, float]) -> Iterator[tuple[Point, float]]:
-    """Yields a place (x, y) and z of each level that straight moves of a cutter's centre cut and none goes below; ways
-    to and from walls are none.
-    """
+    """Yields (x, y) and z of each level that straight moves of a cutter cut, none below; ways to walls are none."""
     path, run = passes.path, np.cumsum(passes.path.rapid)
     of_walls = {int(run[move]) for move in (*passes.contour.tolist(), *(circle.move for circle in passes.circles))}
     moves = [m for m in passes.level.tolist() if path.motion[m] == Motion.LINE and int(run[m]) not in of_walls]

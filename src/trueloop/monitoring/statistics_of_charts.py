@@ -19,9 +19,7 @@ def moving_range(z: Array) -> Array:
 
 
 def ewma(z: Array, weight: float) -> Array:
-    """Returns the exponentially weighted moving average that begins at the centre: y = (1 − weight)·y + weight·z
-    [Roberts 1959].
-    """
+    """Returns the exponentially weighted average from the centre: y = (1 − weight)·y + weight·z [Roberts 1959]."""
     from scipy.signal import lfilter
 
     filtered: Array = lfilter([weight], [1.0, weight - 1.0], z, axis=-1)

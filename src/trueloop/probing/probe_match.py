@@ -80,9 +80,7 @@ def owners_of(
     *,
     reports_surface: bool = False,
 ) -> "np.ndarray[tuple[int], np.dtype[np.intp]]":
-    """Returns the point of each logged touch, by its position in the plan. Raises as `match_touches`, but for the
-    number of touches of a point.
-    """
+    """Returns each logged touch's point, by its position in the plan. Raises as `match_touches`, not for counts."""
     expected, normal = _expected(plan, calibration, reports_surface)
     planned_ball = 0.0 if reports_surface else plan.stylus.ball_radius_mm
     _require_met(plan, normal, planned_ball, np.array(logged_mm), lines)

@@ -46,10 +46,7 @@ class Edge:
 
 
 def deviation(name: str, quantity: Quantity, nominal: float, edge: Edge) -> float | None:
-    """The ± of a size, mm or degrees; None where `name` names no general tolerance.
-
-    Raises TOL-SIZE outside the tables.
-    """
+    """The ± of a size, mm or degrees; None: `name` is no general tolerance. Raises TOL-SIZE beyond the tables."""
     found = NAME.fullmatch(name.strip())
     if found is None:
         return None

@@ -274,7 +274,11 @@ def _deviations(text: str, nominal: float, quantity: Quantity, edge_of: iso2768.
     if (sized := SIZED.fullmatch(text)) is None or quantity not in SIZES:
         raise unread(text)
     if sized[1] is not None and abs(_number(sized[1]) * scale - nominal) > SAME_MM:
-        raise _other_size(text, _number(sized[1]) * scale, nominal)
+        raise Code.TOL_SIZE.refusal(
+            f"the tolerance {text!r} is of {_number(sized[1]) * scale:.4f} mm, the nominal is {nominal:.4f} mm",
+            hint="give `characteristic.nominal` as the drawing has it; left out, it is the profile's",
+            values={"tolerance": text, "nominal_mm": nominal},
+        )
     return deviations_mm(sized[2], nominal)
 
 
@@ -283,14 +287,6 @@ def _form(text: str) -> float:
     if (width := WIDTH.fullmatch(text)) is None:
         raise unread(text)
     return _number(width[1])
-
-
-def _other_size(text: str, size_mm: float, nominal_mm: float) -> TrueloopError:
-    return Code.TOL_SIZE.refusal(
-        f"the tolerance {text!r} is of {size_mm:.4f} mm, the nominal is {nominal_mm:.4f} mm",
-        hint="give `characteristic.nominal` as the drawing has it; left out, it is the profile's",
-        values={"tolerance": text, "nominal_mm": nominal_mm},
-    )
 
 
 def unread(text: str) -> TrueloopError:

@@ -185,9 +185,7 @@ class _Offset(ctypes.Structure):
 
 
 def offsets_text(control: Connection, increment: Decimal, unit: Unit) -> bytes:
-    """Returns all offsets in force, wear and geometry, as G10 blocks. Raises LNK-REACH, also for anything that is not a
-    lathe.
-    """
+    """Returns all offsets in force, wear and geometry, as G10 blocks. Raises LNK-REACH, also for what is no lathe."""
     system, info = ctypes.create_string_buffer(64), (ctypes.c_short * 8)()
     control.call("cnc_sysinfo", system)
     if b"T" not in system.raw[6:8]:

@@ -101,10 +101,7 @@ class Folder:
 
 
 def named_in(file: Path) -> Callable[[], Busy | None]:
-    """Reads the first line of a file in which the control writes what runs, empty while nothing does.
-
-    A file that is not there or cannot be read gives None.
-    """
+    """Reads the first line of the file that names what runs, "" while nothing does; None where it cannot be read."""
 
     def busy() -> Busy | None:
         try:

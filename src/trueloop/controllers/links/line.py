@@ -50,9 +50,7 @@ def encoded(text: bytes, code: WireCode, line_end: bytes = b"\r\n") -> bytes:
 
 
 def decoded(raw: bytes, code: WireCode) -> bytes:
-    """Decodes what came over the line to ASCII text, line ends LF. Raises LNK-CODE for a byte that is not a
-    character.
-    """
+    """Decodes what came over the line to ASCII, line ends LF. Raises LNK-CODE for a byte that is not a character."""
     out = bytearray()
     for byte in raw:
         if byte in _SKIPPED[code]:

@@ -19,8 +19,7 @@ ALONG_AXIS = 1e-6
 """A normal this close to an axis is along it."""
 
 AT_END_MM = 0.05
-"""Axes this close to a move's end have come to it: servos settle within a few micrometres, touches are expected a
-millimetre before it."""
+"""Axes this close to a move's end have come to it: servos settle closer, touches are expected 1 mm before it."""
 
 MISSED, OBSTRUCTED, TRIGGERED = 101, 102, 103
 """Numbers of the program's own alarms, as #3000 gives them: nothing moves after one."""

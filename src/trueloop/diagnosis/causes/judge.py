@@ -31,9 +31,7 @@ OPEN, SETTLED = 0.02, 0.98
 
 @dataclass(frozen=True)
 class Mean:
-    """The mean error of the points of a feature as one device measured it, over how many parts, and the mean of what
-    corrections took off there.
-    """
+    """The mean error of a feature's points by one device, over how many parts, and the mean correction there."""
 
     measured_mm: float
     taken_off_mm: float

@@ -142,10 +142,7 @@ SURFACES_MM: Final = (
 @by_content
 @dataclass(frozen=True)
 class WhitenedProducts:
-    """Products of whitened columns and values, one of each for every size of the sound process that is tried (p).
-
-    `wavy` (p,) says where there is waviness.
-    """
+    """Products of whitened columns and values by the size of the sound process (p); `wavy` (p,): with waviness."""
 
     log_prior: Array
     columns: Array

@@ -221,8 +221,7 @@ SMOOTH_PLACES: Final = 6
 """Places for a cubic, as [4773 §4.2 f]: up to three waves along the feature, two points a wave."""
 CUBIC: Final = 3
 WAVES: Final = ((1, 5), (3, 7))
-"""Waves a turn, and different angles for them: 2n + 1 for the three, and five for the one so that three lobes are not
-taken for it."""
+"""Waves a turn, and different angles for them: 2n + 1, and five for one, lest three lobes are taken for it."""
 CONDITION: Final = 30.0
 """Above this, waves around the turn are left out: the angles follow the places, or lie on one side."""
 

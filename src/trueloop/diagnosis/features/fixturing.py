@@ -179,7 +179,7 @@ def fixturing(values_mm: Array, standard_u_mm: float, limit_mm: float | None = N
     found = min(spread.p, drift.p, step.p) < EACH
     # The likeliest pattern of readings (n,) in order of time; `expected_mm` is what they scatter by at least
     best = max(_patterns(values, u), key=lambda pattern: pattern.weight)
-    shows = (_named(best) if best.name != "constant" else Instability.SPREAD) if found else Instability.NONE
+    shows = (Instability(best.name) if best.name != "constant" else Instability.SPREAD) if found else Instability.NONE
     rest = best.scatter_mm
     spread = replace(spread, value_mm=rest, standard_u_mm=rest / float(np.sqrt(2.0 * best.spare)))
     spread = replace(spread, significant=shows is Instability.SPREAD)
@@ -243,10 +243,6 @@ def _few(count: int) -> TrueloopError:
         hint="touch one point more often right after fixturing",
         values={"count": count, "needed": FEWEST},
     )
-
-
-def _named(best: Pattern) -> Instability:
-    return Instability(best.name)
 
 
 def _spread(values: Array, u: float) -> Shown:

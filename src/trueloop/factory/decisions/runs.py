@@ -112,10 +112,7 @@ def record_facts(facts: RunsFacts, request: RecordFacts, by: By, now: datetime) 
 
 
 def record_touches(facts: RunsFacts, request: RecordTouches, by: By, now: datetime) -> Changes:
-    """Keeps the file of touches of a gauging run as it is. Sent twice it is one; another is refused.
-
-    Raises FAC-UNKNOWN, FAC-TOUCHES.
-    """
+    """Keeps a gauging run's file of touches once. Raises FAC-UNKNOWN, FAC-TOUCHES (another file of the run)."""
     known = _known(facts, request.run, by)
     hashed = sha256(request.content).hexdigest()
     if hashed in known.touches:

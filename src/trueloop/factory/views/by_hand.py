@@ -34,10 +34,7 @@ class SizeToMeasure:
 
 @dataclass(frozen=True)
 class Unstated:
-    """A statement that is needed to read a program; `choices` where there are some, or names of parameters.
-
-    `program` is that of which set-up, from 0.
-    """
+    """A statement needed to read a program, `choices` or names of parameters; `program` is its set-up, from 0."""
 
     about: About
     choices: tuple[str, ...] = ()

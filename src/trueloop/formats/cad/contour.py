@@ -46,9 +46,7 @@ class Contour:
 
 
 def chained(pieces: Sequence[Piece], body: str, within_mm: float = WITHIN_MM) -> list[Contour]:
-    """Chains pieces in any order into contours; ends within `within_mm` meet; an end between the ends of the part and
-    off the axis is open.
-    """
+    """Chains pieces in any order into contours; ends within `within_mm` meet; open where one ends inside."""
     if not pieces:
         return []
     z = [z for piece in pieces for _, z in (piece.feature.start_mm, piece.feature.end_mm)]

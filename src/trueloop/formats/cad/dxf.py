@@ -152,10 +152,7 @@ def _of_side(sheet: Sheet, side: Side) -> tuple[Candidate, ...]:
 
 
 def _single_chain(sheet: Sheet, side: Side, path: Path) -> tuple[Candidate, ...]:
-    """The chains of lines and arcs as they are drawn, where there is only one, or nothing that is closed.
-
-    Raises GEO-GAP, GEO-DXF-CHOICE.
-    """
+    """The chains as drawn, where there is only one, or nothing that is closed. Raises GEO-GAP, GEO-DXF-CHOICE."""
     view = sheet.views[0]
     edges = view.halves[0].edges
     try:

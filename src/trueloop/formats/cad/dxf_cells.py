@@ -235,9 +235,7 @@ def _along_axis(points: Array, part: Numbers, nodes: Numbers) -> Numbers:
 
 
 def _headings(pieces: Edges) -> Array:
-    """By step, the direction in which it sets out, by a short chord: tangents do not distinguish a line from an arc
-    that leaves it.
-    """
+    """By step, its direction by a short chord: tangents do not distinguish a line from an arc that leaves it."""
     share = np.minimum(0.1 / np.maximum(pieces.length_mm, 1e-9), 0.25)[:, None]
     first, near, far, last = np.moveaxis(
         pieces.at_shares(np.concatenate([0 * share, share, 1 - share, 0 * share + 1], axis=1)), 1, 0

@@ -234,9 +234,7 @@ def _shape(kind: str, codes: tuple[int, ...]) -> _Shape | None:
 
 
 def _in_their_classes(at: dict[int, int], marks: Sequence[int], numbers: Sequence[int]) -> bool:
-    """Returns whether layer and line type follow the first subclass marker, the geometry the second, angles the
-    third.
-    """
+    """Returns whether layer and line type follow the first subclass marker, geometry the second, angles the third."""
     ends = [*marks, math.inf]
     if len(marks) < 2 or not all(ends[0] < at.get(code, ends[0] + 0.5) < ends[1] for code in (8, 6)):
         return False

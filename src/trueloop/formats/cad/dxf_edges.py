@@ -189,9 +189,7 @@ class Edges:
         return low, high
 
     def on(self, pairs: Pairs, points_mm: Array, within_mm: float, beyond_mm: float) -> Mask:
-        """Returns by pair (edge, point) whether the point is on the edge, up to so far beyond its ends; negative, so
-        far from them.
-        """
+        """Returns by pair (edge, point) whether the point is on the edge, up to so far beyond its ends."""
         i, j = pairs.T
         along, aside = self.locate(i, points_mm[j])
         ends = (along > -beyond_mm) & (along < self.length_mm[i] + beyond_mm)
@@ -253,8 +251,7 @@ PARALLEL: Final = 1e-13
 MEETS_MM: Final = 1e-6
 """Ends of curves that lie closer are one point when it is judged which way they go from there."""
 AHEAD: Final = 0.5
-"""A chord runs away from another edge by more than this share of its length, along the difference of the unit vectors
-in which the two set out."""
+"""A chord runs away from another edge by more than this share of its length: the difference of their directions."""
 CHORDS: Final = len(BOXED_AT) - 1
 """Number of chords of an edge, of one arc length."""
 TAUT: Final = 0.95

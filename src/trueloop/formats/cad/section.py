@@ -184,9 +184,7 @@ def _bounding(body: Body, axis: Axis) -> Iterator[_Bounding]:
 
 
 def _cut(body: Body, axis: Axis) -> list[tuple[Meridian, list[CadFace]]]:
-    """The meridians of all faces, cut where others end and where edges go round; each place and side once, with the
-    faces that it turns to.
-    """
+    """The meridians of all faces, cut where others end and edges go round; each place and side once, with its faces."""
     whole = [meridian for face in body.faces for meridian in meridians(face, axis)]
     nodes = [ring for face in body.faces for ring in rings(face, axis)]
     nodes += [end for meridian in whole for end in (meridian.feature.start_mm, meridian.feature.end_mm)]

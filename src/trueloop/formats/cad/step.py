@@ -64,9 +64,7 @@ class CadFace:
         return f"{self.number}: {self.kind}, {self.area_mm2:.1f} mm²"
 
     def trimmed_away(self, u: Array, v: Array) -> np.ndarray:
-        """Returns which places (n,) of the surface lie beyond the face's trimming curves, in a hole or outside, by more
-        than a touch may.
-        """
+        """Returns which places (n,) lie beyond the face's trimming curves by more than a touch may."""
         return self._outline.cut_away(u, v)
 
     @cached_property
@@ -80,10 +78,7 @@ class CadFace:
 
 
 def read_faces(path: Path) -> list[CadFace]:
-    """Reads every face of a STEP or IGES file.
-
-    Raises SRF-CAD for a file that cannot be read or holds no face, SRF-CAD-KERNEL without the kernel.
-    """
+    """Reads every face of a STEP or IGES file. Raises SRF-CAD: unreadable or without a face, SRF-CAD-KERNEL."""
     occ = kernel()
     explorer = occ.Explorer(read_shape(path), occ.FACE)
     faces: list[CadFace] = []

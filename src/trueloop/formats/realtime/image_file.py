@@ -134,10 +134,7 @@ def _block_words(blocks: tuple[Block, ...]) -> Iterator[Array | Sequence[float]]
 
 
 def read_words(words: Array, named: Sequence[tuple[str, str]]) -> tuple[RealTimeLimits, Bank, tuple[Block, ...]]:
-    """Returns the content of the words; `named`: name and unit of the signals. Without a model the bank is empty.
-
-    Raises NoImageError: not finite, count.
-    """
+    """Returns the words' content; `named`: signals' names and units. No model: an empty bank. Raises NoImageError."""
     for number in np.flatnonzero(~np.isfinite(words)):
         raise NoImageError("not finite", f"word {number} is {words[number]}")
     rest = _Words(words)
@@ -267,10 +264,7 @@ def _text(text: str, size: int) -> bytes:
 
 
 def read_image(path: FilePath, *, serial: str | None = None, program: bytes | None = None) -> Image:
-    """Reads an image; `serial` of the machine and content of the `program` that it has to be for, where given.
-
-    Raises RTC-IMAGE with the refusal's name.
-    """
+    """Reads an image that is for a machine's `serial` and a `program`, where given. Raises RTC-IMAGE."""
     path = Path(path)
     try:
         image = _read(_bytes_of(path), serial, program)

@@ -115,9 +115,7 @@ def _both_ways(table: "AxisTable") -> bool:
 
 @dataclass(frozen=True)
 class ControlTables:
-    """How a control has its tables: `files`(table, file's name, opposite=…) gives names and texts; `caution` is empty
-    where the sign was tried.
-    """
+    """A control's tables: `files`(table, file's name, opposite=…) gives texts; `caution` "": the sign was tried."""
 
     files: Callable[..., list[tuple[str, str]]]
     caution: tuple[str, ...] = CAUTION

@@ -9,7 +9,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.labels import PartLabel, ProgramLabel, contradictions, labels_in
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import Correction
-from trueloop.errors import Code, Place, Severity, TrueloopError, in_file
+from trueloop.errors import Code, Place, Severity, in_file
 from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.jobs.job import Job
@@ -83,7 +83,11 @@ def _with_part(path: Path, inspection: Inspection, of: InspectionOptions, job: J
             place=Place(str(path)),
         )
     if of.serial and of.serial != serial:
-        raise _other_serial(path, of.serial, serial)
+        raise Code.STO_PART.refusal(
+            f"{path.name!r} is of serial number {serial!r}, not of {of.serial!r}",
+            hint="leave --serial out: the file says of which part it is",
+            place=Place(str(path)),
+        )
     if of.heed_labels:
         _check_labels(path, Part(kind, serial))
     return replace(inspection, part=Part(kind, serial))
@@ -96,14 +100,6 @@ def _check_labels(path: Path, part: Part) -> None:
                 error = found.as_error()
                 error.override = "--ignore-labels"
                 raise error
-
-
-def _other_serial(path: Path, stated: str, serial: str) -> TrueloopError:
-    return Code.STO_PART.refusal(
-        f"{path.name!r} is of serial number {serial!r}, not of {stated!r}",
-        hint="leave --serial out: the file says of which part it is",
-        place=Place(str(path)),
-    )
 
 
 SHOWN: Final = 20

@@ -76,9 +76,7 @@ class Records:
         return SeenBy.MACHINE if inspection.measured == "touches" else SeenBy.CMM
 
     def of_part(self, part: Part) -> Mapping[SeenBy, Inspection]:
-        """Returns the latest inspection of a finished part by each kind of device, with the values of earlier ones on
-        features that it did not measure.
-        """
+        """Returns a finished part's latest inspection by kind of device, earlier ones for features it left out."""
         found: dict[SeenBy, Inspection] = {}
         for inspection in (kept.value for kept in self.inspections):
             by = self.seen_by(inspection) if inspection.part.identity == part.identity else None
@@ -135,9 +133,7 @@ def read_records(store: Store, part_type: str | None) -> Records:
 
 
 def part_named(store: Store, serial: str, part_type: str | None) -> WholePart:
-    """Returns the part of that serial number, with what each edge cut of it. Raises DIA-NONE, with those that are
-    written alike, or where several have it.
-    """
+    """Returns the part of that serial number with its cuts. Raises DIA-NONE: none, with similar names, or several."""
     same = {stored.value.identity: stored.value for stored in find(store, Part, serial=serial)}
     found = [share for share in joined_shares(same.values()) if part_type in (None, share.part.part_type.name)]
     found = found or [WholePart(part, (part,)) for part in same.values() if part.part_type.name == part_type]

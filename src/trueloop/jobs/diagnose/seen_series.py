@@ -40,9 +40,7 @@ def proposals_in_force(store: Store, records: Records) -> Mapping[Identity, Mapp
 def of_proposals(
     by_series: Mapping[Identity, float], inspections: Collection[Inspection]
 ) -> dict[tuple[str, str], float]:
-    """Returns how much was taken off readings, by feature and kind of error: of a diameter twice that of the radius; 0
-    and missing are the same.
-    """
+    """Returns what was taken off readings by feature and kind of error, of a diameter twice; 0 is as missing."""
     taken: dict[tuple[str, str], float] = {}
     done: set[Identity] = set()
     for inspection in inspections:

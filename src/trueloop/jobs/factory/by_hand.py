@@ -454,10 +454,7 @@ def _may_be_of(tool: str, stated: int | None, tools: Sequence[str]) -> bool:
 
 
 def require_all_shown(store: Store, part: AskedPart, measured: AskedReadings | None, tools: Sequence[str]) -> None:
-    """Refuses a statement of what cut the part by somebody who was not shown all corrections that may have.
-
-    Raises CMP-CUT-WITH.
-    """
+    """Refuses a statement of what cut the part by who was not shown all corrections that may have: CMP-CUT-WITH."""
     if measured is None or not measured.cut_with:
         return
     unseen = [before for before in made_before(store, part, tools) if before.id not in measured.made_before]

@@ -43,10 +43,7 @@ class MilledAnswer:
 def mill_files(
     store: Store, part: AskedMilled, measured: MilledReadings | None, by: str, language: Language
 ) -> Iterator[HandedFile]:
-    """Yields the program in a temporary folder, with measurement and record beside it: files of this account alone.
-
-    Raises FAC-UNKNOWN.
-    """
+    """Yields the program in a temporary folder, with this account's measurement and record. Raises FAC-UNKNOWN."""
     program = upload_of(store, part.program, by)
     with unnamed_folder() as folder:
         names = {"program": f"program-{safe_name(program.name)}"}

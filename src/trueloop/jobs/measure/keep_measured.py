@@ -248,9 +248,7 @@ def _take_finished(context: _KeepingContext, lived: LivedPart, inspection: Inspe
 
 
 def _under_conditions(context: _KeepingContext, cut: Cut) -> Cut:
-    """With depth of cut and material by the job and the feed by its finish program; a cut that is stored stays as it
-    is.
-    """
+    """With depth of cut and material by the job, feed by its finish program; a stored cut stays as it is."""
     if cuts_of(context.store, cut.part, Stage.FINISH):
         return cut
     job, files = context.files.job, context.files

@@ -235,9 +235,7 @@ def read_listed(path: Path, points: Path, setup: str | None = None) -> ProbingJo
 
 
 def by_setup(path: Path, touches: Sequence[CmmTouch]) -> dict[str, list[CmmTouch]]:
-    """Returns places of a job's part by the set-up that cuts them, "" of a job without set-ups. Raises JOB, GEO, NC and
-    SET errors.
-    """
+    """Returns places of a job's part by the set-up that cuts them, "": none. Raises JOB, GEO, NC and SET errors."""
     names = [setup.name for setup in read_turned_job(path).setups]
     if not names:
         return {"": list(touches)}
@@ -247,9 +245,7 @@ def by_setup(path: Path, touches: Sequence[CmmTouch]) -> dict[str, list[CmmTouch
 
 
 def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> MatchedTouches:
-    """Converts a log's touches to part errors of the job's plan, in the part's frame. Raises PRB errors that name the
-    log and its line.
-    """
+    """Converts a log's touches to part errors of the job's plan, in the part's frame. Raises PRB errors."""
     places, lines, surfaces = _logged(probing, log, control)
     with in_file(log if surfaces or probing.probe.calibration is not None else probing.probe_file):
         matched = match_touches(probing.plan, places, lines, probing.probe.calibration, reports_surface=surfaces)

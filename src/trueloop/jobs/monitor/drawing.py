@@ -45,9 +45,7 @@ class DrawingSizes:
         )
 
     def in_its_names(self, inspection: Inspection) -> Inspection:
-        """Returns an inspection whose readings have the name and the limits of their characteristics, where they have
-        any.
-        """
+        """Returns an inspection whose readings have names and limits of their characteristics, where they have any."""
         readings, named = list[Reading](), dict[str, set[str]]()
         for reading in inspection.readings:
             of = self._of(inspection, reading)

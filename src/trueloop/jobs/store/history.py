@@ -32,9 +32,7 @@ NUMBER: Final = re.compile(r"\d+(\.\d+)?")
 
 @dataclass(frozen=True)
 class Dated:
-    """A finish cut with when its part was inspected and, before that, touched, where that is known. `kept` counts cuts
-    as they were stored.
-    """
+    """A finish cut with the times of its inspection and its touches, where known. `kept` counts stored cuts."""
 
     cut: Cut
     inspected_at: datetime | None
@@ -201,9 +199,7 @@ def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
 def history_from(
     store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequence[Cut] = (), wanted: Sequence[int] | None = None
 ) -> tuple[MadePart, ...]:
-    """Returns the history of some of what `life_of` gave: of all of it or, by position, of the `wanted`; `also`: cuts
-    in it that are not kept yet.
-    """
+    """Returns the history of what `life_of` gave, or of the `wanted` positions; `also`: cuts that are not kept yet."""
     # Minutes in cut of an edge before each of its cuts, as far back as every one of them states its own
     kept = since_mounting(store, edge, _with(find(store, Cut, edge=joined(edge.identity)), also))
     cuts = [stored.value for stored in kept]
@@ -231,9 +227,7 @@ def _whole(store: Store, lived: LivedPart) -> LivedPart:
 
 
 def life_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[LivedPart, ...]:
-    """Returns the finish cuts of an edge since it was mounted, in cutting order, as `history_of` takes them, with what
-    is stored about each.
-    """
+    """Returns an edge's finish cuts since it was mounted, in cutting order, with what is stored about each."""
     given = {lived.cut.identity: lived for lived in also}
     stored = find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH)
     cuts = since_mounting(store, edge, _with(stored, [lived.cut for lived in also]))
@@ -287,9 +281,7 @@ def errors_of(profile: Profile, inspection: Inspection) -> ErrorVectors | None:
 
 
 def made_of(lived: LivedPart, order: int) -> MadePart:
-    """Returns a part of a history: without S where its correction was made from another part, or from this one when it
-    was finished.
-    """
+    """Returns a part of a history: without S where its correction was not made from its touches before the cut."""
     part = made_part(lived.correction.payload, replace(lived.cut, order=order), _finish_errors(lived))
     identities = [] if lived.finish is None else [lived.finish.identity]
     own = [

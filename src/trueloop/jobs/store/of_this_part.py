@@ -162,9 +162,7 @@ def _unlike_mm(before: Correction, after: ErrorVectors) -> float:
 
 
 def _unmoved_mm(after: ErrorVectors, rows: Flags) -> float:
-    """Returns what a tool that was moved does not leave, RMS at some of the points: in another unit it is as many times
-    too large as all else.
-    """
+    """Returns what a moved tool does not leave, RMS at some points: in another unit it is as much too large as all."""
     found, normal = after.error_mm[rows], after.outward_normal[rows]
     return rms(found - normal @ np.linalg.lstsq(normal, found, rcond=None)[0])
 

@@ -42,9 +42,7 @@ def named_store(job_folder: Path, db: Choice, job_db: str | None) -> str | None:
 
 
 def store_of(job_folder: Path, db: Choice, job_db: str | None, beside: Beside = "used") -> "Store | None":
-    """Opens the named store, else the one beside the job, with the types of all products; None: there is none, or none
-    is wanted. Raises STO errors.
-    """
+    """Opens the named store, else that beside the job, with all types; None: none there or wanted. Raises STO."""
     place, unmade = named_store(job_folder, db, job_db), False
     if place is None and db is not False and beside != "unused":
         file = job_folder / BESIDE

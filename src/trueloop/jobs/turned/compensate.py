@@ -227,9 +227,7 @@ def _kept(store: "Store", files: JobFiles, corrected: PartCorrection, keeping: K
 
 @dataclass(frozen=True)
 class Corrected:
-    """A job of one tool as read, its store, the inputs with what that knows of the edge, and the correction; nothing is
-    written.
-    """
+    """A job of one tool as read, its store, the inputs with what that knows, the correction; nothing is written."""
 
     read: ReadJob
     store: "Store | None"

@@ -58,7 +58,14 @@ def with_cut(files: JobFiles, inputs: Inputs) -> Inputs:
     stated = programs.cut_with or ("" if after is None else str(after))
     if not inputs.measured_finished:
         if programs.cut_with:
-            raise _not_finished(files, programs.cut_with)
+            raise Code.CMP_CUT_WITH.refusal(
+                f"programs.cut_with is {programs.cut_with!r}, and the part was measured before its finish cut: what "
+                "cut it is the semi-finish program",
+                hint="leave `programs.cut_with` out, or, where the finished part was measured, `programs.semifinish` "
+                "and the allowances",
+                place=Place(str(files.path)),
+                values={"corrections": [programs.cut_with]},
+            )
         return inputs
     if not stated:
         with in_file(files.path):
@@ -331,17 +338,6 @@ def _require_no_allowance(measured: ErrorVectors) -> None:
             'finished: programs.cut_with = "given", or the record of the correction in force',
             values={"size_um": size_um},
         )
-
-
-def _not_finished(files: JobFiles, stated: str) -> TrueloopError:
-    return Code.CMP_CUT_WITH.refusal(
-        f"programs.cut_with is {stated!r}, and the part was measured before its finish cut: what cut it is the "
-        "semi-finish program",
-        hint="leave `programs.cut_with` out, or, where the finished part was measured, `programs.semifinish` and the "
-        "allowances",
-        place=Place(str(files.path)),
-        values={"corrections": [stated]},
-    )
 
 
 def stored_words(record: Record) -> str:

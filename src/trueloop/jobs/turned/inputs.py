@@ -221,10 +221,7 @@ def _ends(fit: FeatureFitTable) -> EndConditions:
 
 
 def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, CalledOffset | None]:
-    """Returns by feature the edge that the job names, None where it is to be left alone.
-
-    Raises JOB-KEY for a feature that the part has not.
-    """
+    """Returns by feature the edge that the job names, None: left alone. Raises JOB-KEY for an unknown feature."""
     for name in files.job.feature:
         if name not in profile.names:
             with files.located.at("feature", name):
@@ -248,10 +245,7 @@ class ReadSetups:
 
 
 def read_setups(files: JobFiles) -> ReadSetups:
-    """Reads every set-up of a job with what it cuts: its touches need not exist yet.
-
-    Raises JOB, GEO, NC and SET errors, but not those of single features.
-    """
+    """Reads every set-up of a job with what it cuts, without its touches. Raises JOB, GEO, NC and SET errors."""
     frames = files.frames or (PART,)
     of_setups = files.of_setups
     programs = [setup.finish_program() for setup in of_setups]

@@ -7,7 +7,7 @@ from typing import Final
 
 from trueloop.domain.option import Language, LengthUnit, PageOptions
 from trueloop.domain.record import check_uncorrected
-from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.errors import Code, Place, in_file
 from trueloop.formats.called_files import with_called
 from trueloop.formats.input_file import FilePath, read_input
 from trueloop.formats.jobs.job import Job, locate_turned_job
@@ -127,7 +127,13 @@ class JobFiles:
         for k, setup in enumerate(self.job.setups):
             if setup.zero_at_z_mm is None:
                 with self.located.at("setups", k):
-                    raise _without_datum(setup)
+                    raise Code.SET_DATUM.refusal(
+                        f"set-up '{setup.name}' does not say where its program's Z is 0 on the part",
+                        hint="write `zero_at_z_mm` into the set-up's table [[setups]]: z of the part's frame, in mm, "
+                        "at which this program's Z is 0; for one whose zero is the end face at z = −80, "
+                        "zero_at_z_mm = -80.0",
+                        values={"setup": setup.name},
+                    )
             frames.append(SetupFrame(setup.name, setup.zero_at_z_mm, setup.flipped, setup.mirrored_z))
         return tuple(frames)
 
@@ -280,13 +286,3 @@ class JobFiles:
 def _is_of(setup: SetupTable, cut: CutByTable) -> bool:
     """Returns True where the decision on a feature belongs to a set-up and one of its tools."""
     return cut.setup in (None, setup.name) and cut.called in [None, *(tool.called for tool in setup.tools)]
-
-
-def _without_datum(setup: SetupTable) -> TrueloopError:
-    return Code.SET_DATUM.refusal(
-        f"set-up '{setup.name}' does not say where its program's Z is 0 on the part",
-        hint="write `zero_at_z_mm` into the set-up's table [[setups]]: z of the part's frame, in mm, at "
-        "which this program's Z is 0; for "
-        "one whose zero is the end face at z = −80, zero_at_z_mm = -80.0",
-        values={"setup": setup.name},
-    )

@@ -35,9 +35,7 @@ from trueloop.turned.readings.matches import MatchedReading, MatchedTouch
 
 @dataclass(frozen=True)
 class ShareOfEdge:
-    """One edge: the job as if it were its only one, of its own part, and what it cuts, in the frame of `setup`; None:
-    the part's.
-    """
+    """One edge: the job as if it were its only one, and what it cuts, in the frame of `setup`; None: the part's."""
 
     files: JobFiles
     own: OwnContour

@@ -39,8 +39,7 @@ from trueloop.wording import shell_word
 OTHER_PART_MM = 0.2
 """Both devices saw one part: by as much as this no sound machine errs between them."""
 MOVED_MM = 0.02
-"""The least rigid motion between the part frames of both devices, where neither was determined anew, of a moved
-part."""
+"""The least rigid motion between the part frames of both devices of a moved part, where neither was found anew."""
 MOVED_SHARE = 3.0
 """The criterion that it is rigid: differences fall to this fraction when the motion is taken out."""
 
@@ -59,9 +58,7 @@ class BothSeen:
     new_frame: bool = False
 
     def components(self, model: MachineModel) -> tuple[Components, FrameDiscrepancy | None]:
-        """Returns the errors taken apart at each point, the frames' discrepancy taken out first where they were
-        determined anew.
-        """
+        """Returns the errors taken apart at each point, the frames' discrepancy out first where taken anew."""
         found = error_components(model, self.seen, self.cutting, self.probing, compensated=self.compensated)
         if not self.new_frame:
             return found, None
@@ -70,9 +67,7 @@ class BothSeen:
         return error_components(model, seen, self.cutting, self.probing, compensated=self.compensated), frame
 
     def left_mm(self, model: MachineModel) -> Array:
-        """Returns the model's residuals along the normals, (n,): positive where the machine leaves on material that the
-        model does not predict.
-        """
+        """Returns the model's residuals along the normals, (n,): positive where more is left on than it predicts."""
         found = error_components(model, self.seen, self.cutting, self.probing, compensated=self.compensated)
         left: Array = found.error_mtg + found.comp_mtg_cutting
         return left
@@ -184,9 +179,7 @@ def _other_part(model: MachineModel, part: BothSeen) -> TrueloopError | None:
 
 
 def _moved(model: MachineModel, part: BothSeen) -> TrueloopError | None:
-    """Returns the refusal where a large rigid motion explains the differences of both devices, though their frames
-    were not determined anew.
-    """
+    """Returns the refusal where a large rigid motion explains the devices' differences, their frames not taken anew."""
     if part.new_frame or len(part.points) < 7:
         return None
     found = error_components(model, part.seen, part.cutting, part.probing, compensated=part.compensated)

@@ -120,9 +120,7 @@ def against_calibrated(inspection: Inspection, standard: StandardPart | None) ->
 
 @dataclass(frozen=True, eq=False)
 class PartDiagnosis:
-    """The diagnosis of one part. `causes` is None where nothing is concluded; `components` where both devices saw its
-    points.
-    """
+    """The diagnosis of a part. `causes` None: nothing is concluded; `components`: where both devices saw its points."""
 
     part: SeenPart
     causes: Diagnosis | None

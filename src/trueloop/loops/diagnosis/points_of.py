@@ -129,9 +129,7 @@ def _line(name: str, hints: Sequence[_Hint]) -> Line | None:
 
 
 def _normal(off_middle: Array, stated: Array) -> Array | None:
-    """Returns the normal out of the material of the line through the points; None where they lie on none, or a single
-    point leaves it open.
-    """
+    """Returns the normal out of the material of the line through the points; None where none or several fit."""
     known = stated[~np.isnan(stated[:, 0])]
     side = known.mean(axis=0) if len(known) else np.array([1.0, ALONG])
     _, sizes, ways = np.linalg.svd(off_middle)

@@ -93,9 +93,7 @@ def _corrections(made: Sequence[MadePart], facts: Sequence[PartFacts]) -> Iterat
 
 
 def _in_force(facts: Sequence[PartFacts], in_baseline: Flags, sigma_mm: float | None) -> Iterator[Explanation]:
-    """Yields what the corrections that parts were cut with made their sizes, all together: in the words and the size of
-    the largest change.
-    """
+    """Yields what the corrections that parts were cut with made of their sizes: in words, with the largest change."""
     size_mm = np.array([-fact.taken_off_mm for fact in facts])
     change = np.diff(size_mm)
     if not len(change) or not change.any():

@@ -119,9 +119,7 @@ def restart_of(series: TrackedSeries, made: ProposalContext) -> list[Proposal]:
 
 
 def weight_of(series: TrackedSeries, made: ProposalContext) -> list[Proposal]:
-    """Proposes a weight where the remaining errors are not white: the factor of the changes, by the standard percentage
-    [4773 §3.5].
-    """
+    """Proposes a weight where the remaining errors are not white, by the standard percentage [4773 §3.5]."""
     seen = monitor(np.array([part.step.innovation_mm or 0.0 for part in series.parts[1:]]))
     if not seen.says:
         return []
@@ -243,9 +241,7 @@ def _from_face(profile: Profile, characteristic: Characteristic, zero_z_mm: floa
 
 
 def fitted_offset(gains: Array, wanted_mm: Array, standard_u_mm: Array) -> tuple[tuple[float, float], ExpandedU]:
-    """Returns the offset (x as a radius, z) mm that comes closest, and its expanded uncertainty (95 %); gains (m, 2),
-    changes and uncertainties (m,).
-    """
+    """Returns the closest offset (x as a radius, z) mm and its expanded uncertainty (95 %), by gains (m, 2)."""
     u = np.maximum(standard_u_mm, LEAST_U_MM)
     terms = gains / u[:, None]
     inverse = np.linalg.pinv(terms, rcond=OPEN)

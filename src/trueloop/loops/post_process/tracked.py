@@ -24,8 +24,7 @@ from trueloop.monitoring.capability import nearer_limit
 from trueloop.statistics import NORMAL_95, rms
 
 CAPABLE_FROM: Final = 20
-"""The number of parts from which on a capability index is meaningful; below, it may be off by a factor of 1.5 and
-more."""
+"""Parts from which on a capability index is meaningful; below, it may be off by a factor of 1.5 and more."""
 
 
 @dataclass(frozen=True)

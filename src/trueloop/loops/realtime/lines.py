@@ -109,10 +109,7 @@ def _compensated(program: Program, run: Run, nose_radius_mm: float, tip: int) ->
 
 
 def require_known_lines(path: ToolPath, moves: Driven, listed: Collection[int]) -> None:
-    """Raises RTC-LINE for the first listed line that runs more than once, or inside a subprogram or a cycle.
-
-    `path` is of a traced run.
-    """
+    """Raises RTC-LINE for the first listed line that runs twice, or in a subprogram or cycle; `path` is traced."""
     times = np.bincount(path.executed[:, 0], minlength=1)
     for move in listed:
         block = int(moves.centre.block[move])

@@ -119,9 +119,7 @@ class Corrected:
 
 
 def added_along(driven: Driven, corrected: Corrected) -> dict[int, Added]:
-    """Returns the additions by move of the control, in its order: the contour, the moves that lead to it, and those
-    that leave it.
-    """
+    """Returns the additions by move of the control, in order: contour, moves that lead to it, moves that leave it."""
     found: dict[int, Added] = {}
     cuts = _cutting(driven, corrected)
     start, held = cuts[min(cuts)].at(START)[0], cuts[min(cuts)].at(START)[0]

@@ -71,9 +71,7 @@ class Corrected:
         return Judged(characteristic, self._as_measured(characteristic, sizes), after)
 
     def _as_measured(self, characteristic: Characteristic, sizes: Measurand) -> Judgement:
-        """Judges by a reading of the size itself; a diameter without a place where it was touched; else by the curve
-        of this part's measurements alone.
-        """
+        """Judges by a reading of the size itself or of a diameter without a place; else by this part's curve."""
         if (read := _read(characteristic, sizes, self.surface.touches)) is not None:
             return read
         touches, index = self.surface.touches, int(sizes.feature_index[0])

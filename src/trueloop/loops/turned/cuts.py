@@ -31,9 +31,7 @@ def cutters_of(
     edges: Sequence[CuttingEdge],
     decided: Mapping[str, CalledOffset | None],
 ) -> Cutters:
-    """Returns the edge of every feature, or why it is not known. Raises NC errors of running, NC-NO-TOOL for an edge
-    that the program does not call.
-    """
+    """Returns the edge of every feature, or why it is not known. Raises NC errors, NC-NO-TOOL for an uncalled edge."""
     path = run.of(program)
     calls = {move.index: called(program.dialect, path, move.index) for move in feed_moves(path)}
     known = sorted(_known(calls))
@@ -163,9 +161,7 @@ class OfSetup:
 
 @dataclass(frozen=True)
 class InSetups:
-    """The features of a part by set-up. `uncut`: names of those that none cuts; `doubtful`: why a feature is of none,
-    though several cut it.
-    """
+    """A part's features by set-up. `uncut`: names; `doubtful`: why a feature that several cut belongs to none."""
 
     setups: tuple[OfSetup, ...]
     uncut: tuple[str, ...]

@@ -92,8 +92,7 @@ FACETS_MM: Final = 0.005
 """Lines that leave deeper facets are not chords of a curve."""
 
 STRETCHES: Final = 32
-"""The ends of chords, each rounded by the programmer, deviate by what the mean of those in each of so many stretches
-does."""
+"""Ends of chords, each rounded by the programmer, deviate by the mean over each of so many stretches."""
 
 OF_RESOLUTION: Final = 1.5
 """Ends that deviate by no more than so much of the control's resolution are rounded on both axes."""

@@ -37,9 +37,7 @@ class InForce:
     record: Record | None = None
 
     def require_stated(self) -> None:
-        """Raises CMP-CUT-WITH where several corrections may have cut the part and none is stated, or one that is in no
-        file and no store.
-        """
+        """Raises CMP-CUT-WITH where several corrections may have cut the part and none that is known is stated."""
         if self.stored and not self.stated:
             raise Code.CMP_CUT_WITH.refusal(
                 f"programs.cut_with names correction {self.stored!r}, and the job has no store that holds it",
@@ -57,9 +55,7 @@ class InForce:
         )
 
     def require_held(self, held: HeldTool) -> None:
-        """Raises OFS-CHANGED where a tool table that is given stands as before the wear that was entered, or holds the
-        offset that ran in a program.
-        """
+        """Raises OFS-CHANGED where a given table stands as before the wear entered, or holds a program's offset."""
         offset = None if self.record is None else self.record.tool_offset
         if offset is None or offset.held.row is None or held.row is None or not (offset.x_radius_mm or offset.z_mm):
             return
@@ -155,9 +151,7 @@ def _way(record: Record, by: Ran | None) -> Ran:
 
 
 def _ways_beside(record: Record) -> tuple[Ran, ...]:
-    """Returns the ways besides those of `ways_of`: a contour's offset in its place. Of several tools no program with
-    offsets is written.
-    """
+    """Returns the further ways: a contour's offset in its place. Of several tools none with offsets is written."""
     offset = record.tool_offset
     if offset is None:
         return ()

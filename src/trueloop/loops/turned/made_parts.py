@@ -156,9 +156,7 @@ def history_sha256(history: Sequence[MadePart]) -> str:
 
 
 def _judged(history: Sequence[MadePart], today: MadePart) -> tuple[PartChanges | None, tuple[int, ...]]:
-    """Returns the differences of today's touches from the prediction of earlier parts, and those that all others
-    contradict.
-    """
+    """Returns the differences of today's touches from the earlier parts' prediction, and contradicted touches."""
     if not any(part.uncorrected_mm is not None or len(part.semifinish.error_mm) for part in history):
         return None, ()
     seen = notice_part(history, today).get(Stage.SEMIFINISH)

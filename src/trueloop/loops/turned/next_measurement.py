@@ -122,9 +122,7 @@ class OfHistory:
 
     @classmethod
     def of(cls, profile: Profile, vectors: ErrorVectors, history: Sequence[MadePart], part: MadePart) -> "OfHistory":
-        """Takes in earlier parts of the edge in cutting order, then the part, with the readings of the cut before its
-        finish cut.
-        """
+        """Takes in earlier parts of the edge in cutting order, then the part's readings before its finish cut."""
         taken = set() if part.semifinish is None else {*part.semifinish.point}
         ends = [np.array([0.0, feature.length_mm]) for feature in profile.features]
         index = np.repeat(np.arange(len(ends)), 2)
@@ -315,9 +313,7 @@ class _EdgeCovariance:
         ]
 
     def at_stake(self, limited: bool) -> float:
-        """Returns the sum of the probabilities, each in the place least likely to be in, or the mean square times the
-        length.
-        """
+        """Returns the sum of probabilities, each in its likeliest place to be out, or mean square times length."""
         if not limited:
             return self.next_mm2 * self.length_mm
         return math.fsum(

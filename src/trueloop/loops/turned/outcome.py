@@ -1,6 +1,4 @@
-"""The expected errors after a correction, touched or not, their uncertainty, and the errors measured by an
-inspection.
-"""
+"""Errors expected after a correction, touched or not, their uncertainty, and the errors an inspection measured."""
 
 from dataclasses import dataclass
 from typing import Final

@@ -264,10 +264,7 @@ def correct_setup(
 
 
 def _kept(inputs: Inputs, own: OwnContour | None, edge_state: Known | None) -> InForce | None:
-    """Returns what is in force of an edge of which nothing was measured; None where the given program cut it.
-
-    Raises CMP-CUT-WITH where that is not known.
-    """
+    """Returns what is in force of an unmeasured edge; None: the given program cut it. Raises CMP-CUT-WITH."""
     mine = inputs_of_edge(inputs, own)
     if not mine.measured_finished:
         return None

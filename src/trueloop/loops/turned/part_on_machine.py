@@ -223,9 +223,7 @@ class CutBefore:
 
 @dataclass(frozen=True)
 class Zero:
-    """The machine's errors at the place from which the part's z counts, along +z of the program, mm: where it was
-    touched, and in its surface.
-    """
+    """The machine's errors where the part's z counts from, along +z of the program, mm: as touched, as cut."""
 
     probed_mm: float = 0.0
     cut_in_mm: float = 0.0
@@ -319,9 +317,7 @@ def _places(profile: Profile, reading: Seen) -> tuple[Array, Array]:
 def of_process(
     machine: InMachine, profile: Profile, in_force: Sequence[Shift], nose_radius_mm: float
 ) -> tuple[Shift, ...]:
-    """Returns the share of the process in a composed correction in force: the contour that ran less COMP_MTG at the
-    temperatures of that cut.
-    """
+    """Returns the process's share of a composed correction in force: its contour less COMP_MTG at that temperature."""
     kept = []
     for feature, shift in zip(profile.features, in_force, strict=True):
         s = np.linspace(0.0, feature.length_mm, SAMPLES)

@@ -54,9 +54,7 @@ class Shifts:
 
 
 def whole_mm(decision: Decision) -> tuple[float, float]:
-    """Returns the displacement of the whole contour, (x as a radius, z): an offset that is enough and that the contour
-    shall carry; else nothing.
-    """
+    """Returns the displacement of the whole contour, (x as a radius, z), where an offset is enough; else nothing."""
     return decision.offset_mm if decision.offset_is_enough and not decision.by_offset else (0.0, 0.0)
 
 

@@ -199,19 +199,13 @@ def _with_offset_in_force(inputs: Inputs, matched: Commanded) -> Inputs:
 
 
 def process_errors(inputs: Inputs) -> ErrorVectors:
-    """Returns touches and readings without the shares of machine and programs: what error curves are fitted to.
-
-    Raises NC, GEO and MCH errors.
-    """
+    """Returns touches and readings without the shares of machine and programs. Raises NC, GEO and MCH errors."""
     matched, machine = _matched(inputs)
     return _of_process(inputs, matched, _surface(inputs, machine))
 
 
 def series_known(inputs: Inputs) -> SeriesState | None:
-    """Returns the state of the finished parts by which the next one is corrected; None where this part alone does.
-
-    Raises NC, GEO, MCH and FIT errors.
-    """
+    """Returns the finished parts' state for the next one; None: this part alone. Raises NC, GEO, MCH, FIT errors."""
     matched, machine = _matched(inputs)
     process = _of_process(inputs, matched, _surface(inputs, machine))
     return finished_series(inputs, matched, fit_profile(inputs.profile, process, inputs.options, inputs.nose)).known
@@ -241,9 +235,7 @@ def _of_process(inputs: Inputs, matched: Commanded, surface: Surface) -> ErrorVe
 
 
 def _asked(inputs: Inputs) -> By:
-    """Returns how to correct, where that is open. A contour in force is kept, unless an offset is wanted in its
-    place.
-    """
+    """Returns how to correct, where open. A contour in force is kept, unless an offset is wanted in its place."""
     if inputs.machine is not None or inputs.no_offset:
         return "contour"
     return "contour" if inputs.options.by == "auto" and inputs.in_force.program is not None else inputs.options.by
@@ -264,10 +256,7 @@ def _cut_before(inputs: Inputs, part: PartOnMachine) -> CutBefore:
 
 
 def zero_in_machine(inputs: Inputs) -> Zero | None:
-    """Returns the machine's errors at the place from which z counts, where that is among these measurements; else None.
-
-    Raises NC, GEO and MCH errors.
-    """
+    """Returns the machine's errors where z counts from, if among these measurements. Raises NC, GEO and MCH errors."""
     _, machine = _matched(inputs)
     if machine is None:
         return None
@@ -298,9 +287,7 @@ def _error_model(
 
 
 def _earlier(inputs: Inputs, model: ProfileErrorModel, memory: FromMemory) -> tuple[Sequence[MadePart], MadePart]:
-    """Returns the earlier parts of the edge that take part, and this one before its finish cut, with the touches that
-    the correction is by.
-    """
+    """Returns the edge's earlier parts that take part, and this one before its finish cut with its touches."""
     touches = semifinish_errors(model)
     used = [k for k, point in enumerate(touches.point) if point in memory.points]
     today = today_of(inputs, touches.chosen(used))
@@ -437,9 +424,7 @@ def writing(inputs: Inputs, matched: Commanded, bent: bool = False) -> Writing:
 
 
 def _in_program_mm(inputs: Inputs, matched: Commanded, touches: ErrorVectors) -> Array:
-    """Returns what a correction in force moved the touched places by that the program keeps, (n,): all but the wear in
-    the control's table, and COMP_MTG.
-    """
+    """Returns the in-force correction at the touches that the program keeps, (n,): without table wear and COMP_MTG."""
     cut = inputs.in_force.cut_with
     moved = np.asarray(touches.outward_normal @ np.array(cut.still_to_do(cut.offset_mm)))
     return moved + _along(matched.in_force, touches.feature_index, touches.arc_length_mm) if matched.in_force else moved

@@ -90,9 +90,7 @@ class ContourTools:
         return ", ".join(f"T{word:04d}" for word in self.sharing)
 
     def by(self, mode: By) -> By:
-        """Returns how to correct. Raises NC-OFFSET where an offset is requested and there are several, or tools share
-        it.
-        """
+        """Returns how to correct. Raises NC-OFFSET where an offset is requested of several, or of a shared one."""
         if not self.several and not self.sharing:
             return mode
         if mode == "offset" and self.sharing:
@@ -110,9 +108,7 @@ class ContourTools:
 
 
 def contour_tools(program: Program, matched: Commanded, alone: bool = False) -> ContourTools:
-    """Returns the tools of a finish program that was matched with its profile; `alone`: the others are corrected beside
-    it.
-    """
+    """Returns the tools of a finish program matched with its profile; `alone`: others are corrected beside it."""
     path = matched.path
 
     def of(move: int) -> CalledOffset | None:
@@ -304,9 +300,7 @@ def _other_row(program: Program, tool: int, own: int, line: int) -> TrueloopErro
 def _offset_variant(
     writing: Writing, decision: Decision, change_mm: tuple[float, float], options: Options, wear: WearOffset
 ) -> tuple[tuple[bytes, list[ChangedWord]] | None, list[str]]:
-    """Returns the program with offsets alone. It may be left out, which a note states: the offset can be entered by
-    hand.
-    """
+    """Returns the program with offsets alone, or a note that it is left out: the offset can be entered by hand."""
     try:
         check_offset(decision.whole_offset_mm, options.limits)
         with in_file(writing.program.file):

@@ -56,9 +56,7 @@ from trueloop.wording import Um, listed, wording
 
 
 def id_of(inputs: Inputs) -> str:
-    """Returns the id of the record, from the data read and the options alone: it is written into the program and names
-    it.
-    """
+    """Returns the record's id, from the data read and the options alone: the program carries it."""
     return record_id(dict(inputs.inputs_sha256), _options(inputs))
 
 
@@ -177,9 +175,7 @@ def _memory(memory: FromMemory | None) -> dict[str, object]:
 
 
 def _model(model: ProfileErrorModel) -> dict[str, object]:
-    """Returns the error curves as polynomial pieces about their own beginnings, in mm [6517 Eq. 29-33], and the
-    notes.
-    """
+    """Returns the curves as polynomial pieces about their own beginnings, mm [6517 Eq. 29-33], and the notes."""
     curves = [
         {
             "feature": curve.feature,

@@ -192,9 +192,7 @@ def seen_of_edge(seen: Sequence[Seen], frame: SetupFrame, own: OwnContour | None
 
 
 def _places(frame: SetupFrame, index: Integers, along_mm: Array, profile: Profile) -> tuple[NDArray[np.intp], Array]:
-    """Returns feature and arc length of places in the program's frame: counted from the other end where Z points
-    backwards.
-    """
+    """Returns feature and arc length of places in the program's frame: from the other end where Z points backwards."""
     if not frame.backwards:
         return index.astype(np.intp), along_mm
     lengths_mm = np.array([feature.length_mm for feature in profile.features])

@@ -53,9 +53,7 @@ def taken_off_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
 
 
 def moved_mm(correction: Correction, ran: Ran, feature_index: NDArray[np.intp], arc_length_mm: Array) -> Array:
-    """Returns how far outwards a correction moved the surface against the given program, (n,): −C but for that
-    program's own deviation.
-    """
+    """Returns the surface's outward move against the given program, (n,): −C but for that program's deviation."""
     places = feature_index, arc_length_mm
     return _off_nominal_mm(correction, ran, *places) - _off_nominal_mm(correction, Ran.AS_PROGRAMMED, *places)
 
@@ -110,9 +108,7 @@ def _off_nominal_mm(correction: Correction, ran: Ran, feature_index: NDArray[np.
 
 
 def _offset_mm(correction: Correction, ran: Ran) -> tuple[float, float]:
-    """Returns the displacement of the whole contour for the process: by the offset that is recorded, or within the
-    contour.
-    """
+    """Returns the contour's whole displacement for the process: by the recorded offset, or within the contour."""
     if ran is Ran.AS_PROGRAMMED:
         return 0.0, 0.0
     decision = correction.decision

@@ -98,9 +98,7 @@ def _without(term: Term, signal: str) -> Term:
 
 
 def _refined(machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: Sequence[Lag]) -> list[Lag]:
-    """Refines the constants of the lags in use together: a sensor that does not matter would make up for a wrong
-    one.
-    """
+    """Refines the constants of the lags in use together: a useless sensor would make up for a wrong one."""
     found = {lag.name: lag for lag in identify(machine, terms, readings, lags=lags).model.lags}
     return [found.get(lag.name, lag) for lag in lags]
 
@@ -245,9 +243,7 @@ def _cut(term: Term, count: int) -> Term:
 
 
 def _missed(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> float:
-    """Returns the sum of squares, in units of u, by which the others miss each run; what they say nothing of counts as
-    it was read.
-    """
+    """Returns the sum of squares, in units of u, by which the others miss each run; undetermined ones count as read."""
     rows, values = closed_rows(machine, terms, readings)
     q = orthonormal(rows)
     left, total = values - q @ (q.T @ values), 0.0

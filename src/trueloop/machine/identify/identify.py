@@ -139,9 +139,7 @@ Step = Callable[[tuple[Lag, ...]], Array]
 
 
 def sought_constants(lags: Sequence[Lag], badness: Badness, step: Step) -> tuple[Lag, ...]:
-    """Determines the constants of the lags, those without bounds kept as they are: the best of a grid, then
-    Gauss–Newton.
-    """
+    """Determines the lags' constants, those without bounds kept: the best of a grid, then Gauss–Newton."""
     found = tuple(lags)
     for k, lag in enumerate(lags):
         tried = [_with_constant(found, k, tau) for tau in np.geomspace(*lag.between_s, GRID)] if lag.between_s else []
@@ -356,9 +354,7 @@ def unknown_columns(machine: Machine, terms: tuple[Term, ...], readings: Observa
 
 
 def _collinear(terms: tuple[Term, ...], rows: Array, opened: Array) -> list[Finding]:
-    """Applies `collinear_findings` to the rows without the runs' own zeros and slopes; a refusal that these cause
-    states so.
-    """
+    """Applies `collinear_findings` to rows without the runs' own zeros and slopes; refusals name these as cause."""
     if opened.shape[1] == 0:
         return collinear_findings(terms, rows)
     try:

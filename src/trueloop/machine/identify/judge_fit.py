@@ -159,9 +159,7 @@ class _Downdated:
         self.right = self.q.T @ self.values
 
     def without_rows(self, own: Rows, run: str) -> HeldOut | None:
-        """Returns the residuals of the rows `own` from the equations of all others, without what these do not
-        determine; None where that is all.
-        """
+        """Returns the residuals of rows `own` from all others' equations, without what these leave open; None: all."""
         q, values = self.q[own], self.values[own]
         strength, directions = np.linalg.eigh(np.eye(q.shape[1]) - q.T @ q)
         known = strength >= SPARED

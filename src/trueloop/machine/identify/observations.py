@@ -170,9 +170,7 @@ def instrument_columns(readings: Observations) -> Array:
 
 
 def slope_columns(chain: Chain, readings: Observations) -> Array:
-    """Columns (n, slopes) of every channel whose slope is its own: displacements across the one axis that moved, −1
-    to 1 over its way.
-    """
+    """Columns (n, slopes) of channels with an own slope: displacements across the moved axis, −1 to 1 over its way."""
     columns = [np.zeros((len(readings), 0))]
     for rows in _channels(readings, readings.own_slope & ~readings.is_angle):
         way = _way(chain, readings, rows)

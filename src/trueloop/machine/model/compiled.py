@@ -113,9 +113,7 @@ class _Parts:
         self.terms = {term.name: term for term in model.terms}
 
     def bodies(self, axis: str) -> list[Body]:
-        """Returns motion errors of a linear axis as one body; place errors of rotary axes and spindles as a constant
-        one.
-        """
+        """Returns motion errors of a linear axis as one body; place errors of rotary axes and spindles constant."""
         motion = [name for name in self.terms if name.axis == axis and not name.place]
         place = [name for name in self.terms if name.axis == axis and name.place and not self._is_slope(name)]
         return [self._body(axis, names) for names in (motion, place) if names]
@@ -154,9 +152,7 @@ class _Parts:
         return np.unique(np.concatenate([basis.breaks for basis in bases])) if bases else np.array([0.0, 1.0])
 
     def _powers(self, terms: list[Term], breaks: Array, powers: int, way: float, linear: bool) -> Array:
-        """Returns local powers by interpolation on each segment, (segments, powers, 6): exact, they are polynomials
-        there.
-        """
+        """Returns local powers by exact interpolation of the polynomials of each segment, (segments, powers, 6)."""
         found = np.zeros((len(breaks) - 1, powers, 6))
         nodes = 0.5 - 0.5 * np.cos(np.pi * (np.arange(powers) + 0.5) / powers)
         vandermonde = np.vander(nodes, powers, increasing=True)

@@ -124,16 +124,12 @@ def slope_name(lag: Lag) -> str:
 
 
 def moved_along(lag: Lag, signals: Mapping[str, Array | float]) -> dict[str, Array | float]:
-    """Returns the signals with the lag moved by its slope, where they hold one: as if ln τ were larger by 1, to first
-    order.
-    """
+    """Returns the signals with the lag moved by its slope, where they hold one: ln τ larger by 1, to first order."""
     return {**signals, lag.name: signals[lag.name] + signals.get(slope_name(lag), 0.0)}
 
 
 def logged(clock: Clock) -> dict[str, Array]:
-    """Returns every signal that all histories hold, at each reading, (n,); straight between rows. Raises
-    MCH-HISTORY.
-    """
+    """Returns each signal that all histories hold, at each reading, (n,), linear between rows. Raises MCH-HISTORY."""
     names = set.intersection(*(set(history.signals) for history in clock.histories))
     found = {name: np.empty(len(clock.time_s)) for name in sorted(names)}
     for number, history in enumerate(clock.histories):

@@ -27,8 +27,7 @@ from trueloop.arrays import Array
 from trueloop.machine.model.chain import Axis, AxisKind, Chain, ErrorName, Vector
 
 PROBE_MM = 1024.0
-"""The distance by which axes are moved to probe their effect: not less than offsets are long, so that no digits are
-lost."""
+"""Distance by which axes are moved to probe their effect: as long as offsets are, so that no digits are lost."""
 
 
 @dataclass(frozen=True)
@@ -104,9 +103,7 @@ def apply(matrices: Array, vectors: Array) -> Array:
 
 @dataclass(frozen=True)
 class Influence:
-    """The influence of a unit error: displacement of the tool point (mm) and rotation of the tool (rad), (n, 3), in
-    work axes.
-    """
+    """The influence of a unit error: displacement of the tool point (mm) and rotation (rad), (n, 3), in work axes."""
 
     displacement: Array
     rotation: Array
@@ -115,9 +112,7 @@ class Influence:
 def influences(
     chain: Chain, positions: Array, tool_mm: Array | Vector, only: Collection[ErrorName] | None = None
 ) -> Mapping[ErrorName, Influence]:
-    """Returns the influence of every error of the chain (or `only` those) at each position; shapes as in
-    `tool_in_work_mm`.
-    """
+    """Returns the influence of the chain's errors (or `only` those) by position; shapes as in `tool_in_work_mm`."""
     tool_steps = _steps(chain.tool, 1.0, chain, positions)
     work_steps = _steps(chain.work, -1.0, chain, positions)
     last = tool_steps[-1][1] if tool_steps else _bed(len(positions))
@@ -163,9 +158,7 @@ def _bed(count: int) -> Frames:
 
 
 def _rigid(frame: Frames, name: ErrorName, tip_mm: Array, sense: float = 1.0) -> Influence:
-    """Returns the influence of a motion of everything beyond `frame` as one body along or about the frame's axis
-    `name.number`.
-    """
+    """Returns the influence of moving all beyond `frame` as one body along or about the frame's axis `name.number`."""
     direction = sense * frame.turn[:, :, name.number]
     if name.is_rotation:
         return Influence(np.cross(direction, tip_mm - frame.origin_mm), direction)

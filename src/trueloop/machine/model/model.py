@@ -110,9 +110,7 @@ class MachineModel:
         return -self.error_mm(state)
 
     def standard_u_mm(self, state: State) -> Array:
-        """Returns the standard uncertainty of E from that of the coefficients, and of the lags where `state` has
-        slopes, (n, 3).
-        """
+        """Returns the standard uncertainty of E by the coefficients' and, with slopes in `state`, the lags', (n, 3)."""
         rows = self.sensitivities(state)
         variance = np.einsum("nij,jk,nik->ni", rows, self.covariance, rows)
         root: Array = np.sqrt(np.maximum(variance, 0.0))
@@ -149,9 +147,7 @@ def term_rows(chain: Chain, terms: tuple[Term, ...], state: State) -> list[Array
 
 
 def design(chain: Chain, terms: tuple[Term, ...], state: State, *, rotations: bool = False) -> Array:
-    """Returns E (or with `rotations` the tool's rotation error, rad) as a linear map of all coefficients: (n, 3,
-    all).
-    """
+    """Returns E (with `rotations` the tool's rotation, rad) as a linear map of all coefficients: (n, 3, all)."""
     columns = influences(chain, state.positions, state.tool_mm, {term.name for term in terms})
     blocks = []
     for term, rows in zip(terms, term_rows(chain, terms, state), strict=True):

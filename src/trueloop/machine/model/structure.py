@@ -43,9 +43,7 @@ def five_axis_terms(
 
 
 def frame_terms(chain: Chain, terms: Sequence[Term]) -> tuple[Term, ...]:
-    """Returns every constant of place not among `terms`: directions of linear axes, lines of rotary ones, the
-    spindle.
-    """
+    """Returns every constant of place not in `terms`: directions of linear axes, lines of rotary ones, the spindle."""
     taken = {term.name for term in terms}
     return tuple(Term(name) for name in chain.errors() if name.place and name not in taken)
 
@@ -88,9 +86,7 @@ _DIRECTION: Final = {letter: number % 3 for number, letter in enumerate("XYZABCU
 
 
 def chain_of(structure: str) -> Chain:
-    """Returns the chain of a preset's name or a structure in letters, all frames at the bed's origin. Raises
-    MCH-STRUCTURE.
-    """
+    """Returns the chain of a preset or of letters, all frames at the bed's origin. Raises MCH-STRUCTURE."""
     text = PRESETS.get(structure, structure)
     tokens = _TOKEN.findall(text)
     letters = [token for token, _ in tokens]

@@ -90,9 +90,7 @@ def freedom(model: MachineModel, guilty: Sequence[Guilty], residuals: LeftOnPart
 
 
 def _columns(term: Term) -> Iterator[tuple[Part, Array]]:
-    """Yields each part with the coefficients of the term that its functions have; forward and return travel move
-    alike.
-    """
+    """Yields each part with the term's coefficients that its functions have; both ways of travel move together."""
     at, one_way = 0, sum(part.basis.size for part in term.parts)
     for part in term.parts:
         own = np.zeros((one_way, part.basis.size))
@@ -123,9 +121,7 @@ def _bases(chain: Chain, error: ErrorName, state: State) -> tuple[PositionBasis,
 
 
 def _grown(model: MachineModel, error: ErrorName, more: tuple[Part, ...]) -> MachineModel:
-    """Returns the model with parts added to a term, or a term to the model; their coefficients are zero and known to
-    be.
-    """
+    """Returns the model with parts added to a term, or a term to it; their coefficients are zero, and known."""
     old = next((term for term in model.terms if term.name == error), None)
     if old is None:
         terms = (*model.terms, Term(error, more))
@@ -151,8 +147,7 @@ def _had(term: Term, added: int) -> Flags:
 LEAST_MM, MOST_MM = 1e-5, 0.064
 """RMS along the normals of what a guilty error may lack, a set-up or a place may leave."""
 WIDER = 16.0
-"""The largest factor by which the standard uncertainty of all coefficients may be too small: readings of a fit know
-nothing of its form."""
+"""Largest factor by which all coefficients' uncertainty may be too small: a fit's readings do not know its form."""
 MODEL, SET_UP, PLACE = "model", "set-up", "place"
 
 

@@ -41,9 +41,7 @@ def up_to(history: Sequence[MadePart], last_part: str) -> tuple[MadePart, ...]:
 
 
 def nearest_rad(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array) -> Array:
-    """Returns the distance of the nearest contact angle that parts of today's edge or touches have measured, (n,); inf
-    without any.
-    """
+    """Returns the distance of the nearest contact angle measured on today's edge, (n,); inf without any."""
     measured = _measured(of_edge(history, today))
     return _nearest(np.concatenate([today.semifinish.contact_angle_rad, measured]), contact_angle_rad)
 

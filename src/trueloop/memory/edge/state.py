@@ -61,8 +61,7 @@ class MemoryOptions:
 
 
 IN_FULL: Final = MemoryOptions(first_weight=1.0)
-"""The options for contours: a corrected program takes off the amount it states, read back from it, from the first part
-on."""
+"""Options for contours: a corrected program takes off what it states, read back from it, from the first part on."""
 
 
 TOOL: Final = "tool"
@@ -153,9 +152,7 @@ _LATEST: Final = list[_Learned]()
 
 
 def observed(part: MadePart, age: float) -> list[Observed]:
-    """Returns the touches S of a part, and E = F + C of its finish inspection where C is known; each where there is
-    one.
-    """
+    """Returns the touches S of a part, and E = F + C of its finish inspection where C is known; where there are any."""
     found = []
     if len(part.semifinish):
         found.append(cut_of(part, age, part.semifinish, False, None))
@@ -167,9 +164,7 @@ def observed(part: MadePart, age: float) -> list[Observed]:
 def places_of(
     part: MadePart, age: float, errors: CutErrors, finish: bool, taken_off_mm: Array | None = None
 ) -> tuple[Places, Array | None]:
-    """Returns N places of a cut, that of the reference last where there is one, and the functional (n, n + 1) of
-    them.
-    """
+    """Returns N places of a cut, the reference's last where there is one, and their functional (n, n + 1)."""
     own = _columns(part, age, errors, finish, taken_off_mm)
     if errors.reference is None or errors.z_share is None:
         return own, None

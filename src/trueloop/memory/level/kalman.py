@@ -159,9 +159,7 @@ def unknown(prior: LevelPrior, shape: tuple[int, ...] = ()) -> Levels:
 
 
 def moved_on(levels: Levels, parts: Array | float, set_before: Array | bool, prior: LevelPrior) -> Levels:
-    """Returns the state before the part that comes `parts` later: the level has drifted; it is unknown again where the
-    tool was set.
-    """
+    """Returns the state `parts` later: the level has drifted; it is unknown again where the tool was set."""
     anew = np.asarray(set_before)[..., None]
     drifted = levels.level_var + levels.drift**2 * np.asarray(parts, float)[..., None]
     return replace(
@@ -224,8 +222,7 @@ def cautious(correction: Array | float, largest_seen: Array | float, first_share
 
 
 LEAST_GAIN: Final = 0.25
-"""The least gain: where less of a correction arrives, by estimate, something else than what is corrected makes the
-error."""
+"""The least gain: where less of a correction arrives, something else than what is corrected makes the error."""
 PROBABLE: Final = 0.5
 """Below this probability that corrections act as meant, none is changed."""
 ALIKE: Final = 0.02

@@ -158,9 +158,7 @@ def _by_key(part: SeenPart) -> dict[Key, dict[SeenBy, FeatureError]]:
 
 
 def points_of(parts: Sequence[SeenPart]) -> list[PointMeansShape]:
-    """Returns each gauging point over the parts that were cut, in the order in which the parts have them; repeats on
-    one part count as their mean.
-    """
+    """Returns each gauging point over the cut parts, in their order; repeats on one part count as their mean."""
     seen: dict[tuple[str, float, float], dict[SeenBy, dict[str, list[tuple[float, float]]]]] = {}
     for part in parts:
         for device, points in {} if part.standard else part.points.items():

@@ -96,9 +96,7 @@ def circular_page(name: str, test: CircularTest) -> str:
 
 
 def circular_figure(test: CircularTest) -> tuple[Figure, float, float]:
-    """Draws the paths in polar coordinates; returns the step of its rings, µm, and the factor by which Δ is enlarged
-    against the circle.
-    """
+    """Draws the paths in polar coordinates; returns the rings' step, µm, and by how much Δ is enlarged."""
     first, second = test.circles[0].plane[0], test.circles[0].plane[1]
     curves = [UM_PER_MM * circle.centred_mm for circle in test.circles]
     largest = max(float(np.abs(np.concatenate(curves)).max()), 1e-3)

@@ -57,7 +57,7 @@ def weight_words(correction: Correction) -> str:
 def limit_words(correction: Correction) -> str:
     """Describes the limits, and how near the correction came to the one on size."""
     limits = correction.options.limits
-    peak_um, feature = _peak_um(correction.corrected)
+    peak_um, feature = max(_peaks_um(correction.corrected), key=lambda peak: abs(peak[0]))
     return wording(
         "The contour moves by at most {peak} ({feature}); accepted are {most}, a slope of {slope:g} µm/mm and touches "
         "no older than {age:g} h. Curves are written within {chord}.",
@@ -68,11 +68,6 @@ def limit_words(correction: Correction) -> str:
         age=float(limits.age_hours),
         chord=Um(correction.options.chord_tolerance_mm, "g"),
     )
-
-
-def _peak_um(contour: tuple[CentrePiece, ...]) -> tuple[float, str]:
-    """The shift of largest size with its sign, and the feature it is on."""
-    return max(_peaks_um(contour), key=lambda peak: abs(peak[0]))
 
 
 def _peaks_um(contour: tuple[CentrePiece, ...]) -> Iterator[tuple[float, str]]:

@@ -1,6 +1,4 @@
-"""Correction of a part that several edges cut, in one set-up or in several: the answer by set-up and tool, as
-text, JSON and page.
-"""
+"""A part that several edges cut, in one set-up or several: the answer by set-up and tool, as text, JSON and page."""
 
 import json
 from collections.abc import Iterator, Mapping

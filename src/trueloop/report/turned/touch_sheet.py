@@ -38,9 +38,7 @@ def touch_sheet(part: str, profile: Profile, planned: Sequence[Characteristic], 
 def places_figure(
     profile: Profile, planned: Sequence[Characteristic], inch: bool = False, width: int = WIDTH
 ) -> Figure:
-    """Draws the part with its features' names, a numbered line across each diameter and along each length; z to the
-    right, x a radius.
-    """
+    """Draws the part with feature names and a numbered line across each size; z to the right, x a radius."""
     per = MM_PER_INCH if inch else 1.0
     outline = outline_mm(profile) / per
     largest, gap = float(outline[:, 0].max()), MARGIN * diagonal_mm(profile) / per

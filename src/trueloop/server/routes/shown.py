@@ -18,7 +18,7 @@ from trueloop.domain.option import Language
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.shown import machines, orders, parts, programs, records, series
 from trueloop.factory.shown.orders import today
-from trueloop.factory.tasks import Task, task_of
+from trueloop.factory.tasks import task_of
 from trueloop.factory.views.orders import (
     LinksView,
     OrderRow,
@@ -86,11 +86,6 @@ class TaskView:
     said: str
     problem: Mapping[str, Any] | None
     result: Mapping[str, str] | None
-
-
-def task_view(task: Task) -> TaskView:
-    """Without what only workers need."""
-    return filled_from(TaskView, task)
 
 
 T = TypeVar("T")
@@ -280,7 +275,7 @@ def show_certificate(id: RowPath, here: Here) -> Response:
 @routes.get("/tasks/{id}")
 def show_task(id: RowPath, here: Here) -> TaskView:
     """How far a slow task is."""
-    return task_view(task_of(here.store, id))
+    return filled_from(TaskView, task_of(here.store, id))
 
 
 @routes.get("/event-log")

@@ -133,9 +133,7 @@ def of_measured_part(places: Places) -> Covariance:
 
 
 def of_next_cut(places: Places, unasked: tuple[Shift, ...]) -> Covariance:
-    """Returns the covariance of the next cut's errors about the expected ones; `unasked` as `loops.turned.correction`
-    has it.
-    """
+    """Returns the covariance of the next cut's errors about the expected; `unasked` as in `loops.turned.correction`."""
     found, estimated = _of_curves(places)
     repeatability = places.each(lambda curve, s: np.full(len(s), curve.repeatability_mm))
     # By how much errors fall where the touch that the part's z is taken from has material left on, (n,)

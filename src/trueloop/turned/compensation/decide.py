@@ -106,15 +106,11 @@ class Decision:
 
     @property
     def expanded_u_mm(self) -> tuple[float | None, float | None]:
-        """Returns the expanded uncertainty (95 %) of both (x as a radius, z); None: not determined by the
-        measurements.
-        """
+        """Returns the expanded uncertainty (95 %) of both (x as a radius, z); None: not determined."""
         return self.x.expanded_u_mm, self.z.expanded_u_mm
 
     def leverage(self, outward_normal: Array, sigma_mm: Array) -> Array:
-        """Returns by how much the offset along the normals (n, 2) of touches, of standard deviations (n,), follows each
-        touch's own error, (n,).
-        """
+        """Returns how the offset along normals (n, 2) follows the own error of touches with deviations (n,), (n,)."""
         weight = (self.touch_mm / np.maximum(sigma_mm, self.touch_mm)) ** 2 if self.touch_mm > 0.0 else 1.0
         return np.asarray(_along(outward_normal, self.unit_covariance) * weight)
 
@@ -295,9 +291,7 @@ def _decide_axis(
 
 
 def _undetermined(axis: int, expanded_u_mm: float, test: _Test, by: str) -> AxisDecision:
-    """Returns the decision on an axis along which the touches determine no offset: it stays, and what they deviate by
-    is the contour's.
-    """
+    """Returns the decision on an axis along which touches determine no offset: it stays, the rest is the contour's."""
     words = wording(
         "{axis}: what was measured does not determine an offset along {axis} (± {u}); it stays as it is.",
         axis=AXES[axis],

@@ -61,8 +61,7 @@ GOES_ON: Final = 3.0
 """The search for a second bad touch, which may hide the first, goes on from a touch that stands out this much."""
 
 EXCUSED: Final = 2.0
-"""A curve whose own touches scatter this many times as much as all do does not follow its feature: it is judged by its
-own scatter."""
+"""A curve whose touches scatter this many times as much as all do is judged by its own scatter."""
 
 FINEST_MM: Final = 1e-4
 """The resolution below which agreement is not judged: within the last digit of a reading."""
@@ -257,9 +256,7 @@ def _predicted(search: _Search, fitted: FittedChains, k: int) -> tuple[float, fl
 
 
 def _judged(search: _Search, named: Sequence[int]) -> tuple[SuspectTouch, ...]:
-    """Returns the probabilities of each named touch, and of whatever would explain the data as well, without the other
-    named ones.
-    """
+    """Returns the probabilities of each named touch, and of what explains the data as well without the others."""
     everything = np.arange(len(search.vectors.point))
     found: dict[int, SuspectTouch] = {}
     for k in named:

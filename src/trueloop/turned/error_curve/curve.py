@@ -232,9 +232,7 @@ class ErrorCurve:
         return self.spline.of(self.spline.value_form(*self._stretch(arc_length_mm)))
 
     def expected_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Returns the error that the next cut would have had nothing been corrected, (n,): the curve, or the remembered
-        error.
-        """
+        """Returns the error of the next cut had nothing been corrected, (n,): the curve, or what is remembered."""
         if self.next_cut is None:
             return self.value_mm(arc_length_mm)
         return self.next_cut.expected_mm(self._stretch(arc_length_mm)[0])
@@ -268,9 +266,7 @@ class ErrorCurve:
         return self.budget_of(self.standard_deviation_mm(arc_length_mm), arc_length_mm)
 
     def budget_of(self, curve_u_mm: Array, arc_length_mm: ArrayLike) -> Budget:
-        """Returns the budget where the part taken out has these standard uncertainties, (n,), instead of the
-        curve's.
-        """
+        """Returns the budget where the part taken out has these standard uncertainties, (n,), not the curve's."""
         if self.next_cut is not None:
             return remembered_only(self.next_cut.u_mm(self._stretch(arc_length_mm)[0]), self.degrees_of_freedom)
         # By how much the curve follows the touch that the part's z is taken from, (n,)
@@ -307,9 +303,7 @@ class ErrorCurve:
 
     @property
     def knots_mm(self) -> Array:
-        """Returns the spline's knots strictly inside the feature, from the feature's start; repeated ones stand
-        once.
-        """
+        """Returns the spline's knots strictly inside the feature, from its start; repeated ones stand once."""
         knots = np.unique(self.spline.interior_knots_mm) - self.start_mm
         return knots[(knots > 0.0) & (knots < self.length_mm)]
 

@@ -80,9 +80,7 @@ class ProfileErrorModel:
         return np.maximum(least, vectors.standard_u_mm)
 
     def as_told(self, error_mm: Array) -> Array:
-        """Errors at the touches, (n,), with those of the next cut, had nothing been corrected, where earlier parts tell
-        them.
-        """
+        """Errors at the touches, (n,), with the next cut's had nothing been corrected, by earlier parts."""
         expected = error_mm.copy()
         for index, curve in enumerate(self.curves):
             if curve.next_cut is not None:
@@ -228,9 +226,7 @@ def _share(conditions: EndConditions, k: int, features: int) -> EndConditions:
 def _by_touch(
     vectors: ErrorVectors, curves: Sequence[ErrorCurve], kept: NDArray[np.intp], fitted: FittedChains
 ) -> tuple[Array, Array]:
-    """Returns errors about the curves and about the predictions of the others, of all touches; `fitted` knows the kept
-    ones only.
-    """
+    """Returns errors about the curves and about the others' predictions, of all touches; `fitted`: the kept ones."""
     residual, left_out = np.empty(len(vectors.point)), np.empty(len(vectors.point))
     for k in np.setdiff1d(np.arange(len(vectors.point)), kept):
         curve = curves[vectors.feature_index[k]]

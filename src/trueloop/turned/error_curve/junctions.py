@@ -130,9 +130,7 @@ def _meeting(
 
 
 def _standard_u(kind: JunctionKind, inverse: Array, u: Array) -> Array:
-    """Returns the standard uncertainty of d: at a tangent junction both curves have one value, at a corner their errors
-    are independent.
-    """
+    """Returns the standard uncertainty of d: one value at a tangent junction, independent errors at a corner."""
     if kind == JunctionKind.TANGENT:
         shared: Array = np.abs(np.sum(inverse, axis=1)) * np.max(u)
         return shared

@@ -147,8 +147,7 @@ SEEN: Final = 0.01
 """Touches are far apart where no two of a curve have more than this in common at the largest length."""
 
 LEAST_SHARE: Final = 1e-6
-"""The least share of the process's variance in a sum of residuals: two touches in one place differ by rounding
-still."""
+"""The least share of the process's variance in residuals: two touches in one place differ by rounding still."""
 
 MOST: Final = 500
 """Touches of one curve; more know it so well that what they have in common no longer matters to its band."""

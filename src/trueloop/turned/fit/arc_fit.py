@@ -1,6 +1,4 @@
-"""The fit of arcs, and of bent lines: a cubic spline, its ends prescribed by the neighbours [6517 §4], as stiff as the
-touches require.
-"""
+"""The fit of arcs and bent lines: a cubic spline with ends by the neighbours [6517 §4], as stiff as touches require."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

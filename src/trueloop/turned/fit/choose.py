@@ -119,9 +119,7 @@ def _unseen_rad(profile: Profile, fit: ChainFit, nose: NoseModel) -> float:
 
 
 def _left_out(nose: NoseOnPart, mine: NDArray[np.bool_]) -> Array:
-    """Returns the error of predicting each of the chain's touches with offsets from all the others; NaN where those do
-    not set them.
-    """
+    """Returns the error of predicting each touch with offsets from all the others; NaN where those do not set them."""
     errors = []
     for k in np.flatnonzero(mine):
         others = nose.touches.subset(np.arange(len(mine)) != k)

@@ -107,9 +107,7 @@ def fit_touched(
 def _recalled(
     profile: Profile, vectors: ErrorVectors, own: ChainFit, options: FitOptions, remembered: Remembered | None
 ) -> ChainFit | None:
-    """Returns the fit of a chain with the remembered errors; None where nothing is remembered, or the user prescribes
-    its ends.
-    """
+    """Returns a chain's fit with the remembered errors; None: nothing remembered, or ends prescribed by the user."""
     if remembered is None or _held(profile, own.chain, options) or not remembered.knows(own.chain):
         return None
     straight = bool(set(_names(profile, own.chain)).intersection(options.straight))
@@ -197,9 +195,7 @@ AGREE_MM: Final = 1e-9
 def chain_conditions(
     profile: Profile, chains: tuple[Chain, ...], index: int, fits: Mapping[int, ChainFit], options: FitOptions
 ) -> tuple[EndConditions, Sources]:
-    """Returns the conditions that fitted tangent neighbours and the user prescribe to a chain, and the source of each
-    end's.
-    """
+    """Returns the conditions that fitted tangent neighbours and the user set to a chain, and each end's source."""
     before, after = tangent_neighbours(profile, chains, index)
     start_value, start_slope, start = _from_neighbour(before, fits, options)
     end_value, end_slope, end = _from_neighbour(after, fits, options)

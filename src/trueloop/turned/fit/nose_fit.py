@@ -39,8 +39,7 @@ APART_RAD: Final = math.radians(5.0)
 """Touches that shall set both offsets must span more than this."""
 
 BEYOND_RAD: Final = math.radians(1.0)
-"""The distance beyond its fitted range to which w is used, along its end tangents: less than the spacing of touches on
-a dome."""
+"""Distance beyond its fitted range to which w is used, along end tangents: under the spacing of touches on a dome."""
 
 
 @dataclass(frozen=True)

@@ -113,9 +113,7 @@ class Spline:
         return form.of(self.coefficients_mm)
 
     def covariance(self, a: LinearForm, b: LinearForm) -> Array:
-        """Returns the covariance of the numbers of two forms, row by row; both forms of a row lie within four
-        coefficients.
-        """
+        """Returns the covariance of two forms' numbers, row by row; a row's forms lie within four coefficients."""
         band = self.covariance_band_mm2
         total: Array = np.sum(a.of(self.prescribed_mm) * b.of(self.prescribed_mm), axis=1)
         for i in range(a.weights.shape[1]):

@@ -290,9 +290,7 @@ def own_contour(program: Program, path: ToolPath, move: int) -> list[Edit]:
 
 
 def _between(program: Program, path: ToolPath, cycle: Block, moves: Integers) -> range:
-    """Returns the blocks from P to Q: of those with these numbers the ones next to the moves of the contour (first,
-    last).
-    """
+    """Returns the blocks from P to Q: of those with these numbers the ones next to the contour (first, last)."""
     named = {word.letter: word.value for word in cycle.data if word.letter in "PQ"}
     first = [b.index for b in program.blocks if b.number == named["P"] and b.index <= path.block[moves[0]]]
     last = [b.index for b in program.blocks if b.number == named["Q"] and b.index >= path.block[moves[1]]]

@@ -338,9 +338,7 @@ def _require_same_kinds(before: Integers, after: Integers) -> None:
 
 
 def _programmed(path: ToolPath) -> Integers:
-    """Returns the moves whose end a word of their block set; whether a finishing cycle adds a way back depends on the
-    frame.
-    """
+    """Returns the moves whose end a word of their block set; a way back that a cycle adds depends on the frame."""
     return np.flatnonzero(np.max(path.word, axis=1) >= 0)
 
 

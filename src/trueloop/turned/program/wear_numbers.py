@@ -155,9 +155,7 @@ CONTROLS: Final[tuple[Control, ...]] = get_args(Control)
 
 
 def blocks_of(control: Control | Literal[""], wear: WearOffset) -> tuple[str, ...]:
-    """Returns the blocks of a control; () where it has no words for these numbers, or they are not known, and of a
-    second edge where its words count none.
-    """
+    """Returns the blocks of a control; () where it has no words for these numbers, or not of a second edge."""
     if control != "siemens" and wear.edge != 1:
         return ()
     return BLOCKS[control](wear) if control in BLOCKS else ()

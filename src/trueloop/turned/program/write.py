@@ -143,9 +143,7 @@ class Displacements:
         return max(self.ends)
 
     def off(self, by_mm: Array) -> "Displacements":
-        """Returns the targets from ends that lie off by (n, 3): the intended ends stay, whatever they are displaced
-        from.
-        """
+        """Returns the targets from ends that lie off by (n, 3): the intended ends stay."""
         ends = {move: end + by_mm[move, [0, 2]] for move, end in self.ends.items()}
         return Displacements(ends, self.arcs)
 
@@ -263,9 +261,7 @@ def _is_increment(program: Program, path: ToolPath, move: int, word: int) -> boo
 
 
 def _carries(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> bool:
-    """Returns whether a block goes where it shall by itself: along the axes it names as ever, along others as it is
-    held.
-    """
+    """Returns whether a block goes where it shall by itself: named axes as ever, others as it is held."""
     own = np.where(path.word[move] < 0, held, path.end_mm[move])
     step_mm = program.dialect.step_mm(bool(path.inch[move]))
     return bool(np.all(np.abs(own - wanted) <= step_mm) or np.all(path.end_mm[move] == wanted))
@@ -379,9 +375,7 @@ def _arc(
 
 
 def _inherits_motion(program: Program, path: ToolPath, move: int) -> int | None:
-    """Returns where to write a G word into the block of the next arc, when it has none and would inherit that of the
-    last.
-    """
+    """Returns where to write a G word into the block of the next arc, which has none and would inherit one."""
     if move + 1 >= len(path) or path.motion[move + 1] != Motion.ARC:
         return None
     block = program.block(int(path.block[move + 1]))

@@ -98,9 +98,7 @@ def _reading(profile: Profile, reading: Reading, inspection: Inspection, along: 
 
 
 def _no_size(profile: Profile, reading: Reading, index: int | None, along: Axis) -> Outcome:
-    """A coordinate of a named face along the axis is a touch of its middle: of what is not a size, that alone is
-    used.
-    """
+    """A coordinate of a named face along the axis touches its middle: of what is not a size, that alone is used."""
     feature = None if index is None else profile.features[index]
     if index is None or feature is None or not is_face(feature) or reading.axis != along or not reading.axis:
         return Left(reading, NO_ERRORS[reading.quantity], (), False)

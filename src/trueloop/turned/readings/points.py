@@ -131,9 +131,7 @@ def _in_plane(places: _Places, axis: Axis) -> tuple[Array, Array, Array]:
 
 
 def _distances(profile: Profile, places: Array, ball_mm: Array) -> Array:
-    """Returns the distance of each place from each feature, its ends included and less the ball, (features, n); along n
-    with its sign.
-    """
+    """Returns each place's distance from each feature, ends included, less the ball, (features, n); along n signed."""
     rows = []
     for feature in profile.features:
         arc_length, distance = feature.locate(places)

@@ -93,9 +93,7 @@ def _faces(
     datum: int | None,
     touches: ErrorVectors | None,
 ) -> Iterator[_Row]:
-    """Faces that lengths tie to the datum, to a touched face, or to the part's zero: their errors by weighted least
-    squares.
-    """
+    """Faces that lengths tie to the datum, a touched face, or the part's zero: errors by weighted least squares."""
     lengths = [
         s for reading, s in zip(used, readings, strict=False) if reading.first.reading.quantity is Quantity.LENGTH
     ]

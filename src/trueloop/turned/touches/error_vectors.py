@@ -116,9 +116,7 @@ class ErrorVectors:
 
     @property
     def own_u_mm(self) -> Array:
-        """Returns the part of `standard_u_mm` that differs from touch to touch, (n,): without the common part of the
-        reference point.
-        """
+        """Returns the part of `standard_u_mm` that differs by touch, (n,): without the reference point's."""
         reference = np.flatnonzero(self.at_reference)
         if not len(reference):
             return self.standard_u_mm

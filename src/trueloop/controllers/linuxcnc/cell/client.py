@@ -290,7 +290,7 @@ class Client:
         self._note("temperatures", signals=signals, at=at.isoformat(), run=run)
 
     def _fact(self, key: str, what: FactKind, witness: str, values: dict[str, str]) -> None:
-        self._note("fact", run=key, what=what.value, at=_now(), witness=witness, values=values)
+        self._note("fact", run=key, what=what.value, at=datetime.now(UTC).isoformat(), witness=witness, values=values)
 
     def _note(self, what: str, /, **values: object) -> None:
         self.known = with_entry(self.known, self.journal.add(what, **values))
@@ -357,7 +357,3 @@ def require_own(offer: Offered, machine: str) -> None:
 
 def _not_ours(why: str) -> TrueloopError:
     return Code.CEL_OFFER.refusal(why, hint="see that key and settings are of one machine; nothing is started")
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat()

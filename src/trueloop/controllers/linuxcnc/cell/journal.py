@@ -32,9 +32,7 @@ class Journal:
     """The one writer of a journal. `entries` are all of them; `torn`: what a crash left of a last line."""
 
     def __init__(self, file: Path) -> None:
-        """Opens or begins it. Raises CEL-JOURNAL where another client has it, a line before the last is damaged, or the
-        system is Windows.
-        """
+        """Opens or begins it. Raises CEL-JOURNAL: another client has it, a damaged line before the last, Windows."""
         if sys.platform == "win32":
             raise _refused(file, "a cell runs on Linux alone", "start it on the computer of the machine's LinuxCNC")
         import fcntl

@@ -107,10 +107,7 @@ class NewTable:
 
 
 def nose_radius_mm(table: ToolTable, tool: int, edge: int, name: str, stated_mm: float | None) -> float:
-    """The nose radius in the table, or the job's where the table has none.
-
-    Raises OFS-NOSE where the job states another, or where neither knows it.
-    """
+    """The nose radius of the table, else of the job. Raises OFS-NOSE where they differ, or neither has it."""
     row = geometry_of(table, row_of(table, tool, edge, name))
     if row.nose is None or row.nose.value == 0:
         if stated_mm is not None:
@@ -133,9 +130,7 @@ def nose_radius_mm(table: ToolTable, tool: int, edge: int, name: str, stated_mm:
 
 
 def held_tool(name: str, edge: int, tool: int | None, table: ToolTable | None) -> HeldTool:
-    """The tool with what the table has of it at present; x as the table counts it is settled when it is changed. `edge`
-    0: not stated, of a table 1.
-    """
+    """The tool with what the table has of it at present, x as the table counts it. `edge` 0: of a table 1."""
     if table is None or tool is None:
         return HeldTool(name, edge)
     edge = edge or 1

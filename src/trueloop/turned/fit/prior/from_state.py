@@ -85,9 +85,7 @@ def fit_from_state(
 
 
 def _is_straight(chain: Chain, s: Array, mean: Array, u: Array) -> bool:
-    """Returns whether straight lines along a chain are within a standard uncertainty, or half a micrometre, of the
-    mean.
-    """
+    """Returns whether straight lines along a chain are within a standard uncertainty, or 0.5 µm, of the mean."""
     knots = Knots((), chain.joints_mm, 1)
     line, _ = fit_determined(s, mean, knots, chain.length_mm, 1, EndConditions())
     return bool(np.all(np.abs(line.residual_mm) <= np.maximum(u, STRAIGHT_MM)))
@@ -127,9 +125,7 @@ def name_of(profile: Profile, chain: Chain) -> str:
 
 
 def _chain_samples(profile: Profile, chain: Chain) -> tuple[Array, NDArray[np.intp], Array]:
-    """Returns arc lengths along the chain, and features with arc lengths along these, ends of every feature included;
-    (n,).
-    """
+    """Returns arc lengths along the chain, and features with their arc lengths, both ends included; (n,)."""
     along = [np.linspace(0.0, profile.features[i].length_mm, SAMPLES) for i in chain.features]
     s = np.concatenate([start + own for start, own in zip(chain.starts_mm, along, strict=True)])
     return s, np.repeat(np.array(chain.features, dtype=np.intp), SAMPLES), np.concatenate(along)
@@ -148,9 +144,7 @@ def _through(mean: Array, covariance: Array, held: Flags, conditions: EndConditi
 def _to_corners(
     profile: Profile, chain: Chain, s: Array, mean: Array, free: Flags, fits: Mapping[int, ChainFit]
 ) -> Array:
-    """Returns the addition by which corners move no further than errors explain, falling off evenly to the other end,
-    (n,).
-    """
+    """Returns what keeps corners from moving further than errors explain, falling off to the other end, (n,)."""
     share = s / chain.length_mm
     first, last = chain.features[0], chain.features[-1]
     added = np.zeros_like(mean)

@@ -100,9 +100,7 @@ def catalogue_of(profile: Profile, drifting: bool = False) -> Catalogue:
 
 
 def places_on(profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array, part: float = 0.0) -> Places:
-    """Places (n,) of the measured cut as the terms know them, of the `part`-th part; z counts from the middle of the
-    part.
-    """
+    """Places (n,) of the measured cut as terms know them, of the `part`-th part; z from the middle of the part."""
     lasting = dict.fromkeys(("tool", "edge", "setting", "part_type", "finish"), 0.0)
     same = {**lasting, "part": part, "age": part, "order": part}
     group, share = profile.in_groups(feature_index, arc_length_mm)
@@ -187,9 +185,7 @@ def observed_of(profile: Profile, vectors: ErrorVectors, part: float = 0.0) -> t
 
 
 def _averaging(touched: ErrorVectors) -> Array:
-    """Returns the means that stand for touches, (m, n): of each touch itself, or over stretches of a feature with
-    many.
-    """
+    """Returns the means that stand for touches, (m, n): of each itself, or over stretches of a feature with many."""
     rows = list[Array]()
     for feature in np.unique(touched.feature_index):
         mine = touched.of_feature(int(feature))

@@ -154,9 +154,7 @@ def _turned(profile: Profile, chain: Chain) -> Array:
 
 
 def _fades(turned: Array, conditions: EndConditions) -> Array:
-    """Fades from 1 at start and end to 0 within `FADE_RAD` of contact angle, 1 − 3u² + 2u³, (2, n); 0 from a free
-    end.
-    """
+    """Fades from 1 at both ends to 0 within `FADE_RAD` of contact angle, 1 − 3u² + 2u³, (2, n); 0 from a free end."""
     reach = min(FADE_RAD, 0.5 * float(turned[-1]))
     u = np.minimum(np.stack([turned, turned[-1] - turned]) / reach, 1.0)
     held = np.array([conditions.start_value_mm is not None, conditions.end_value_mm is not None])

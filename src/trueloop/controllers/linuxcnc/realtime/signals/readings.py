@@ -44,10 +44,7 @@ class Feed(Protocol):
     """The reader of one source: a port, a broker, a folder."""
 
     def __call__(self, intake: Intake, stop: threading.Event) -> None:
-        """Reads until `stop` is set; looks at it at least once a second.
-
-        Raises `OSError` or `ValueError` where the source fails.
-        """
+        """Reads until `stop` is set, looking at least each second. Raises `OSError` or `ValueError` where it fails."""
 
 
 class Board:
@@ -145,10 +142,7 @@ def ended(threads: list[threading.Thread], stop: threading.Event) -> None:
 
 
 def unix_s(stamp: object) -> float:
-    """Converts an ISO 8601 text (without a zone: UTC) or s or ms since 1970 to s since 1970.
-
-    Raises `ValueError` for anything else.
-    """
+    """Converts ISO 8601 (without a zone: UTC), or s or ms since 1970, to s since 1970. Raises `ValueError`."""
     if isinstance(stamp, str):
         moment = datetime.fromisoformat(stamp.strip())
         return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()

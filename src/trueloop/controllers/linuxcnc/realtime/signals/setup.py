@@ -62,9 +62,7 @@ class OneWire:
 
 
 def temperature_degC(device: Path) -> float:
-    """Reads a sensor, °C. Raises `OSError` where it is not there, `ValueError` for anything that is not a reading of
-    it.
-    """
+    """Reads a sensor, °C. Raises `OSError` where it is not there, `ValueError` where it gives no reading."""
     slave = device / "w1_slave"
     text = (slave if slave.exists() else device / "temperature").read_text(encoding="ascii", errors="replace")
     milli = _from_scratchpad(text) if slave.exists() else int(text)
