@@ -57,3 +57,18 @@ print(f"pattern up to {1e3 * pattern.figures.largest_mm:.1f} µm; random {random
 
 # %%
 maps = trueloop.maps_picture(pattern)  # in a notebook: IPython.display.SVG(maps)
+
+# %% [markdown]
+# # A shop's data
+# Three finished shafts in a store, their series as tables, and the likely causes.
+
+# %%
+store = trueloop.make_store("out/notebook/shop.db")
+trueloop.add_inspections(store, [trueloop.example("series/first-three.csv")])
+series = trueloop.follow_series(store)
+tables = {one.characteristic: trueloop.to_frame(one.parts) for one in series.characteristics}
+print({name: round(float(table["after_um"].mean()), 1) for name, table in tables.items()})
+
+# %%
+causes = trueloop.to_frame(trueloop.series_causes(store)[0].causes.candidates)
+print(causes[["name", "probability"]].round(2).to_string(index=False))

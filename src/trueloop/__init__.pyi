@@ -65,6 +65,24 @@ from trueloop.jobs.surface.job import pattern_of_parts as pattern_of_parts
 from trueloop.jobs.surface.job import correct_surface as correct_surface
 from trueloop.jobs.surface.job import corrected_files as corrected_files
 
+# A shop's records: inspections and a store; series, charts, certificates and causes from it; tables for a notebook.
+from trueloop.jobs.notebook import read_inspections as read_inspections
+from trueloop.jobs.notebook import make_store as make_store
+from trueloop.jobs.notebook import open_store as open_store
+from trueloop.jobs.notebook import add_inspections as add_inspections
+from trueloop.jobs.notebook import stored_inspections as stored_inspections
+from trueloop.jobs.notebook import follow_series as follow_series
+from trueloop.jobs.notebook import control_charts as control_charts
+from trueloop.jobs.notebook import certify_part as certify_part
+from trueloop.jobs.notebook import series_causes as series_causes
+from trueloop.jobs.notebook import part_causes as part_causes
+from trueloop.jobs.notebook import next_measurements as next_measurements
+from trueloop.jobs.notebook import to_frame as to_frame
+
+# A milled part: numbers to enter at the control.
+from trueloop.jobs.milled import read_milled as read_milled
+from trueloop.jobs.milled import entries_for_next_part as entries_for_next_part
+
 # Figures of the reports: specifications of Plotly, but for maps_picture, which is SVG.
 from trueloop.report.turned.figures.whiskers import before_and_after as before_and_after
 from trueloop.report.turned.figures.whiskers import after_enlarged as after_enlarged

@@ -572,6 +572,7 @@ class Code(StrEnum):
     OUT_TWICE = "OUT-TWICE", "two results of one name", "file"
     OUT_BROWSER = "OUT-BROWSER", "a PDF that no browser is there to print", "browser"
     OUT_PDF = "OUT-PDF", "a PDF that the browser did not print", "browser"
+    OUT_FRAME = "OUT-FRAME", "a table for a notebook that cannot be made: neither pandas nor polars is installed"
     OUT_FIGURE = "OUT-FIGURE", "a figure that cannot be shown: Plotly is not installed"
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
+from trueloop.jobs.notebook import to_frame
 from trueloop.report.pdf import as_pdf
 from trueloop.report.style import shown
 
@@ -34,6 +35,12 @@ def _without_plotly() -> None:
         shown({})
 
 
+def _without_pandas_and_polars() -> None:
+    """A process in which neither can be imported."""
+    with unittest.mock.patch.dict(sys.modules, {"pandas": None, "polars": None}):
+        to_frame([])
+
+
 def _without_a_browser() -> None:
     with unittest.mock.patch.dict(os.environ, {"TRUELOOP_BROWSER": "no-browser-of-this-name"}):
         as_pdf("<p>page</p>")
@@ -50,6 +57,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.OUT_FOLDER: _into_a_file,
     Code.OUT_TWICE: _twice,
     Code.OUT_FIGURE: _without_plotly,
+    Code.OUT_FRAME: _without_pandas_and_polars,
     Code.OUT_BROWSER: _without_a_browser,
     Code.OUT_PDF: _browser_that_prints_nothing,
 }

@@ -14,7 +14,7 @@ from trueloop.domain.inspection import Inspection, Reading, index_of_name
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, in_file
 from trueloop.estimate.places import together
-from trueloop.formats.input_file import read_input
+from trueloop.formats.input_file import FilePath, read_input
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.jobs.milled_job import MeasuredTable, MilledJobFile, read_milled_job
@@ -95,8 +95,14 @@ class MilledJob:
         return EnteredValue(name, holds, change=change, total=total, standard_u=u, unit=unit)
 
 
-def read_milled(path: Path) -> MilledJob:
-    """Reads a job, its measurements and the records in force. Raises JOB, MSR and MIL errors."""
+def read_milled(path: FilePath) -> MilledJob:
+    """Reads a job, its measurements and the records in force. Raises JOB, MSR and MIL errors.
+
+    >>> plate = trueloop.read_milled(trueloop.example("plate/plate.toml"))
+    >>> plate.name, len(plate.parts)
+    ('plate', 1)
+    """
+    path = Path(path)
     job = read_milled_job(path)
     with in_file(path):
         _require_facts(job)
@@ -167,7 +173,15 @@ def _possible(job: MilledJobFile, cut: CutFeatures) -> tuple[Entry, ...]:
 
 
 def entries_for_next_part(job: MilledJob) -> Proposal:
-    """Returns the numbers to enter before the next part. Raises MIL-ENTRY for a change above the job's limits."""
+    """Returns the numbers to enter before the next part. Raises MIL-ENTRY for a change above the job's limits.
+
+    >>> plate = trueloop.read_milled(trueloop.example("plate/plate.toml"))
+    >>> for entry in trueloop.entries_for_next_part(plate).proposed[:3]:
+    ...     print(entry.entry.words, round(entry.change, 3))  # mm, rad of a rotation
+    tool 2, radius -0.02
+    G54, X -0.03
+    tool 1, radius 0.012
+    """
     with in_file(job.path):
         found = propose(job.name, job.parts, job.possible, job.step_mm)
     for entry in found.proposed:

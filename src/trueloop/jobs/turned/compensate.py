@@ -56,6 +56,32 @@ class CorrectedPart:
     edges: tuple[CorrectedEdge, ...]
     files: tuple[Path, ...]
 
+    def __repr__(self) -> str:
+        """Returns a line an edge."""
+        return "\n".join(
+            f"{edge.setup} {edge.tool}: {edge.correction or 'nothing measured'}".strip() for edge in self.edges
+        )
+
+    def _repr_html_(self) -> str:
+        """Returns, for a notebook, each edge's figure before and after with its features and what to expect of them."""
+        from trueloop.report.markup import esc, table
+        from trueloop.report.still import svg
+        from trueloop.report.turned.features import feature_summaries
+        from trueloop.report.turned.figures.whiskers import before_and_after
+
+        parts: list[str] = []
+        for edge in self.edges:
+            name = esc(f"{edge.setup} {edge.tool}".strip())
+            if edge.correction is None:
+                parts.append(f"<p>{name}: nothing was measured of what it cuts</p>")
+                continue
+            rows = [
+                (esc(one.feature), esc(one.correction), esc(one.expected)) for one in feature_summaries(edge.correction)
+            ]
+            head = (name, "correction", "expected with U (95 %)")
+            parts += [svg(before_and_after(edge.correction), name), table(head, rows, words=(0, 1))]
+        return "\n".join(parts)
+
     def edge(self, tool: str, setup: str = "") -> CorrectedEdge:
         """Returns an edge by what calls it, T5, and by its set-up where several cut with such a tool.
 

@@ -288,6 +288,11 @@ class Correction:
     joint_name: str = ""
     sources: tuple[FeatureSources, ...] = ()
 
+    def __repr__(self) -> str:
+        """Returns one line: the arrays of a correction fill screens."""
+        touches, features = len(self.touches.error_mm), len(self.profile.features)
+        return f"<correction of {self.part!r}: {touches} measured places, {features} features, run {self.name_to_run}>"
+
     @property
     def left_by_offset_mm(self) -> Array:
         """Returns the expected error at the touches with the tool offset alone, (n,), as `prediction.after_mm`."""
