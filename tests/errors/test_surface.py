@@ -22,12 +22,14 @@ from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.jobs.surface.job import ReadSurface, compare_jobs, read_surface
 from trueloop.loops.batch import run_batch
 from trueloop.loops.surface.figures import SurfaceFigures, check_support
+from trueloop.loops.surface.surface import require_form_alone
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.program import corrected_program
 from trueloop.surface.compensation.shift import SurfaceJob, corrected_surface
 from trueloop.surface.deviations.deviations import refuse_trimmed, sampling_advice, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.pattern import pattern_of
 from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import of_size, separate
@@ -191,7 +193,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_BATCH: lambda: list(run_batch(abs, [1, 2], scheduler="nowhere:1:2")),
     Code.SRF_PATH: lambda: zigzag(SURFACE, ZigzagOptions(3.0, scallop_mm=0.0)),
     Code.SRF_SUPPORT: lambda: check_support(SurfaceFigures(0.01, 0.001, 0.002, 0.6, 0.004, (1.0, 2.0, 3.0)), 0.5),
-    Code.SRF_PARTS: lambda: pattern_of([of_size(SQUARE, _correlated(), Size(6, 6))], ["S1"]),
+    Code.SRF_PARTS: lambda: require_form_alone(["S1"], SurfaceOptions()),
     Code.SRF_OUTLIER: _odd_part,
     Code.SRF_MODEL: lambda: separate(SQUARE, _correlated(), criterion="randomness"),
 }

@@ -49,6 +49,15 @@ class SurfaceOptions:
         tuple[str, ...],
         Option("model.exclude", "Names of parts (file names without ending) to leave out of the pattern."),
     ] = ()
+    own_mm: Annotated[
+        float | None,
+        Option(
+            "model.part_to_part_um",
+            "With fewer than three parts: how much the form of a part differs from the pattern, RMS. Left out: a fifth "
+            "of what was measured.",
+            above=0,
+        ),
+    ] = None
     target_mm: Annotated[
         float, Option("model.target_um", "Uncertainty by which the number of parts is judged.", above=0)
     ] = 1e-3

@@ -79,6 +79,7 @@ COMMANDS = (
     "db replace",
     "db backup",
     "db restore",
+    "db migrate",
     "serve",
     "user add",
     "user list",

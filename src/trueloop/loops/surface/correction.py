@@ -40,7 +40,7 @@ from trueloop.surface.deviations.deviations import SurfaceDeviations
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.on_face import NextFace, OnFace, Trim
 from trueloop.surface.options import SurfaceOptions
-from trueloop.surface.pattern.kriging import Process
+from trueloop.surface.pattern.kriging import FieldProcess, Process
 from trueloop.surface.pattern.pattern import Outlier, Pattern
 from trueloop.surface.pattern.support import Support
 from trueloop.surface.separation.moran import Normality, Null
@@ -240,7 +240,7 @@ def displacements_of(record: Record) -> tuple[SplineSurface, ...]:
 def _decision(correction: SurfaceCorrection, cut_with: CutWith) -> list[str]:
     pattern, figures = correction.model.pattern, correction.model.figures
     words = [
-        f"the pattern of {pattern.parts} parts is known to ± {figures.uncertainty_mm * UM_PER_MM:.2f} µm (95 %, mean "
+        f"the pattern of {pattern.of_parts} is known to ± {figures.uncertainty_mm * UM_PER_MM:.2f} µm (95 %, mean "
         f"over the face)",
         *([headline(figures)] if headline(figures) else []),
         f"the surface is moved by up to {correction.surface.largest_shift_mm * UM_PER_MM:.2f} µm, refitted to "
@@ -262,8 +262,8 @@ def _decision(correction: SurfaceCorrection, cut_with: CutWith) -> list[str]:
 CODEC: Final = values.CODEC.with_more(
     *(Correction, Limits, Finding, Severity, Code, Place, Surface, SurfaceOptions, SurfaceDeviations, Alignment),
     *(Separation, Trial, Neighbourhood, Places, SplineSurface, Size, Null, Normality, WorstTouch, OutlyingPoint),
-    *(Pattern, Outlier, Support, Process, OnFace, SurfaceFigures, SurfaceModel, SurfaceCorrection, CorrectedSurface),
-    *(CorrectedProgram,),
+    *(Pattern, Outlier, Support, Process, FieldProcess, OnFace, SurfaceFigures, SurfaceModel, SurfaceCorrection),
+    *(CorrectedSurface, CorrectedProgram),
     PartOfSurface=Part,
 )
 

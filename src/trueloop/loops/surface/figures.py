@@ -105,8 +105,11 @@ def require_known(figures: SurfaceFigures, pattern: Pattern, there: OnFace, best
     """Raises SRF-PARTS for a pattern that parts which differ so have by chance: its correction may make worse.
 
     Parts that were set up anew and are compared by their datum differ so, and not in form. A face of which much is not
-    supported is judged by `check_support`: the uncertainty there says nothing of the rest.
+    supported is judged by `check_support`: the uncertainty there says nothing of the rest. Few parts are shrunk by what
+    they cannot tell: where they show nothing, nothing is corrected.
     """
+    if pattern.own_mm is not None:
+        return
     inside = there.square(FIGURES)[:: (FIGURES - 1) // (PLACES - 1), :: (FIGURES - 1) // (PLACES - 1)].ravel()
     if figures.unsupported > MUCH or (p_value := by_chance(pattern.models, inside)) < 1 - COVERAGE:
         return
@@ -119,6 +122,18 @@ def require_known(figures: SurfaceFigures, pattern: Pattern, there: OnFace, best
         if best_fit
         else f'gauging.alignment = "best-fit" takes out how each part was set up, and corrects form alone; or {more}',
     )
+
+
+def assumed_findings(pattern: Pattern) -> Iterator[Finding]:
+    """Yields a note of how much parts are assumed to differ, where too few parts show it."""
+    if pattern.own_mm is not None:
+        yield Finding(
+            Severity.NOTE,
+            Code.SRF_PARTS,
+            f"how much parts differ is not seen in {pattern.of_parts}: {pattern.own_mm * UM_PER_MM:.2f} µm (one "
+            "standard deviation) is assumed, and the correction is shrunk by that and by what the points do not tell",
+            "model.part_to_part_um in the job states it, where it is known; three parts or more show it",
+        )
 
 
 def unsupported_at(pattern: Pattern, u: Array, v: Array) -> np.ndarray:

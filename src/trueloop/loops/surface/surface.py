@@ -10,7 +10,14 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Place, Severity, in_file
 from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import Item, Result, run_batch
-from trueloop.loops.surface.figures import SurfaceFigures, figures_of, require_known, rigid_findings, support_findings
+from trueloop.loops.surface.figures import (
+    SurfaceFigures,
+    assumed_findings,
+    figures_of,
+    require_known,
+    rigid_findings,
+    support_findings,
+)
 from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, Steps, corrected_program
 from trueloop.surface.compensation.shift import CorrectedSurface, Displacement, SurfaceJob, corrected_surface
@@ -18,7 +25,8 @@ from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_tri
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.on_face import NextFace, OnFace, Trim, on_face
 from trueloop.surface.options import SurfaceOptions
-from trueloop.surface.pattern.pattern import PartMaps, Pattern, part_maps, parts_needed, pattern_of
+from trueloop.surface.pattern.field import FaceParts, fields_of
+from trueloop.surface.pattern.pattern import LEAST_PARTS, PartMaps, Pattern, part_maps, parts_needed, pattern_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places, places_of, same_places
 from trueloop.surface.separation.separate import (
@@ -129,7 +137,8 @@ class SurfaceModel:
         own = [finding for part in self.parts for finding in part.findings]
         names = [part.deviations.name for part in self.parts]
         rigid = () if self.options.best_fit else rigid_findings(self.figures, names, self.options.setup_mm)
-        return (*support_findings(self.figures), *rigid, *own, *self.left_out, *self.pattern.findings)
+        assumed = assumed_findings(self.pattern)
+        return (*support_findings(self.figures), *assumed, *rigid, *own, *self.left_out, *self.pattern.findings)
 
 
 def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:
@@ -243,13 +252,18 @@ def pattern_model(
     trim: Trim | None = None,
     left_out: tuple[Finding, ...] = (),
 ) -> SurfaceModel:
-    """Returns the machining pattern of the parts that are not excluded. Raises SRF-PARTS for too few.
+    """Returns the machining pattern of the parts that are not excluded. Raises SRF-PARTS for none, and for fewer than
+    three whose location counts: that of one part is as much its set-up's.
 
     trim: which places (u, v) of the surface are cut away, as in `deviations_of`. left_out: reports of excluded parts.
     """
     kept = [part for part in parts if part.deviations.name not in options.exclude]
     names = [part.deviations.name for part in kept]
-    pattern = pattern_of([part.separation for part in kept], names, confidence=options.confidence)
+    apart, field = [part.separation for part in kept], None
+    if len(kept) < LEAST_PARTS:
+        require_form_alone(names, options)
+        (field,) = fields_of([FaceParts(surface, apart)], options.own_mm, seen=False)
+    pattern = pattern_of(apart, names, confidence=options.confidence, field=field)
     there, needed = on_face(surface, trim), parts_needed(pattern, options.target_mm)
     return SurfaceModel(
         surface=surface,
@@ -260,6 +274,21 @@ def pattern_model(
         figures=figures_of(surface, pattern, there),
         on_face=there,
         left_out=left_out,
+    )
+
+
+def require_form_alone(names: Sequence[str], options: SurfaceOptions) -> None:
+    """Raises SRF-PARTS where there is no part, or few parts would be corrected by their datums: how each was set up
+    shows only beside others.
+    """
+    if names and options.best_fit:
+        return
+    raise Code.SRF_PARTS.refusal(
+        f"{len(names)} parts ({', '.join(map(repr, names)) or 'none'}) make no pattern with location and orientation; "
+        f"{LEAST_PARTS} are the least, 10 were used in the published experiment",
+        hint='gauging.alignment = "best-fit" corrects form alone, by one part too; else measure more parts cut with '
+        "the given program, none with a corrected one: `trueloop surface add` keeps each in a store, and a pattern "
+        "is made of all in it",
     )
 
 

@@ -13,7 +13,7 @@ from trueloop.arrays import Array
 from trueloop.loops.surface.surface import SurfaceModel
 from trueloop.report.markup import esc
 from trueloop.report.style import FAINT, INK, LEFT_ON, SOFT, TAKEN, plain, round_step, signed
-from trueloop.surface.pattern.pattern import PartMaps
+from trueloop.surface.pattern.pattern import PartMaps, Pattern
 from trueloop.surface.separation.places import Places
 from trueloop.units import UM_PER_MM
 
@@ -190,7 +190,13 @@ TITLES: Final = {
 
 def maps_of_part(model: SurfaceModel, own: PartMaps) -> list[DeviationMap]:
     """Returns what was measured on one part, taken apart, and what is predicted of it."""
-    return [map_of_part(model, own, name, f"{esc(own.name)}: {title}") for name, title in TITLES.items()]
+    titles = TITLES if model.pattern.parts > 1 else TITLES | {"predicted": "measured, less its own pattern"}
+    return [map_of_part(model, own, name, f"{esc(own.name)}: {title}") for name, title in titles.items()]
+
+
+def between_parts(pattern: Pattern) -> str:
+    """Returns the title of the map of how much parts differ."""
+    return "Standard deviation between parts" + ("" if pattern.own_mm is None else ", assumed")
 
 
 def map_of_part(model: SurfaceModel, own: PartMaps, name: str, title: str) -> DeviationMap:

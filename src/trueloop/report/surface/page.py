@@ -15,6 +15,7 @@ from trueloop.report.markup import esc, html_page, items, section, table
 from trueloop.report.style import plain, signed
 from trueloop.report.surface.maps import (
     DeviationMap,
+    between_parts,
     caption,
     colour_range_um,
     flat,
@@ -121,9 +122,9 @@ def _arranged(model: SurfaceModel, first: PartMaps) -> list[DeviationMap]:
 
     return [
         *apart,
-        whole("pattern", f"Pattern of {pattern.parts} parts", pattern.mean.grid_mm(at, at)),
+        whole("pattern", f"Pattern of {pattern.of_parts}", pattern.mean.grid_mm(at, at)),
         whole("uncertainty", "± uncertainty of the pattern (95 %)", pattern.uncertainty_grid_mm(at, at)),
-        map_of_part(model, first, "variability", "Standard deviation between parts"),
+        map_of_part(model, first, "variability", between_parts(pattern)),
         predicted,
     ]
 
@@ -149,7 +150,7 @@ def _summary(model: SurfaceModel) -> str:
     kinds = sorted({part.deviations.alignment.kind for part in model.parts})
     words = {"datum": "datum-bound: location and orientation are among the errors", "best fit": "best fit: form alone"}
     return (
-        f"{model.pattern.parts} parts · {'; '.join(words[kind] for kind in kinds)} · "
+        f"{model.pattern.of_parts} · {'; '.join(words[kind] for kind in kinds)} · "
         f"pattern of {esc(model.pattern.size)} "
         f"· random part {plain(model.pattern.sigma_mm * UM_PER_MM, 2)} µm (one standard deviation)"
     )

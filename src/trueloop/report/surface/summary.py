@@ -85,7 +85,7 @@ def pattern_lines(made: SurfaceModel | SurfaceCorrection, notes: Sequence[str], 
     model = made.model if isinstance(made, SurfaceCorrection) else made
     pattern, figures, known = model.pattern, model.figures, headline(model.figures)
     return [
-        f"pattern of {pattern.parts} parts: {pattern.size} control points, up to "
+        f"pattern of {pattern.of_parts}: {pattern.size} control points, up to "
         f"{UM_PER_MM * figures.largest_mm:.1f} µm, known to ± {UM_PER_MM * figures.uncertainty_mm:.2f} µm (95 %); "
         f"random part {pattern.sigma_mm * UM_PER_MM:.2f} µm; {model.parts_needed} parts for ± "
         f"{model.options.target_mm * UM_PER_MM:g} µm",

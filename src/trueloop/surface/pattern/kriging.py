@@ -65,21 +65,64 @@ class Process:
         return np.asarray(self.waves_mm2 * waves + self.form_mm2 * form)
 
 
+@dataclass(frozen=True)
+class FieldProcess:
+    """A process in space, over faces of a part (`field`): variances of waves, form and noise in mm², lengths in mm.
+
+    Places are rows (n, 7): point, outward normal, number of the group of faces that run on into each other.
+    """
+
+    waves_mm2: float
+    form_mm2: float
+    noise_mm2: float
+    waves_mm: tuple[float]
+    form_mm: tuple[float]
+
+    @property
+    def variance_mm2(self) -> float:
+        """Of the field at any place, before anything is measured."""
+        return self.waves_mm2 + self.form_mm2
+
+    def widening(self, area_mm2: float) -> float:
+        """By how much a band is wider than the normal law has it: of Student's law with as many degrees of freedom as
+        the faces hold independent waves.
+        """
+        independent = max(FEWEST, area_mm2 / self.waves_mm[0] ** 2)
+        return student(COVERAGE, independent) / student(COVERAGE, MANY)
+
+    def covariance_mm2(self, a: Array, b: Array) -> Array:
+        """Between the field at places (n, 7) and (m, 7), without noise: (n, m)."""
+        apart, alike = apart_and_alike(a, b)
+        waves, form = matern(apart / self.waves_mm[0]), matern(apart / self.form_mm[0])
+        return np.asarray(alike * (self.waves_mm2 * waves + self.form_mm2 * form))
+
+
+def apart_and_alike(a: Array, b: Array) -> tuple[Array, Array]:
+    """Returns distances and shares of the covariance between places (n, 7) and (m, 7)."""
+    from scipy.spatial.distance import cdist  # slow to import
+
+    same = a[:, None, 6] == b[None, :, 6]
+    return np.asarray(cdist(a[:, :3], b[:, :3])), np.asarray((1 + a[:, 3:6] @ b[:, 3:6].T + same) / 3)
+
+
+AnyProcess: TypeAlias = Process | FieldProcess
+
+
 @dataclass(frozen=True, eq=False)
 class Kriging:
-    """The process elsewhere, given values measured at places (n, 2) in mm."""
+    """The process elsewhere, given values measured at places (n, k): (n, 2) in mm for a process over a patch."""
 
-    process: Process
+    process: AnyProcess
     at_mm: Array
 
     def expected_mm(self, values_mm: Array, where_mm: Array) -> Array:
-        """The process at places (m, 2), given values (n, k): (m, k)."""
+        """The process at places (m, …), given values (n, k): (m, k)."""
         weights = np.linalg.solve(self._factor.T, np.linalg.solve(self._factor, values_mm))
         pieces = np.array_split(where_mm, max(1, len(where_mm) // AT_ONCE))
         return np.concatenate([self.process.covariance_mm2(some, self.at_mm) @ weights for some in pieces])
 
     def variance_mm2(self, where_mm: Array) -> Array:
-        """Of the process at places (m, 2) about what is expected: from near none to its whole variance."""
+        """Of the process at places (m, …) about what is expected: from near none to its whole variance."""
         from scipy.linalg import solve_triangular  # slow to import
 
         left = [
@@ -155,10 +198,10 @@ class _Judgement:
 
 def _product(apart_mm: Array, lengths_mm: Sides) -> Array:
     """Correlation of places that are so far apart along both directions (n, m, 2)."""
-    return np.asarray(_matern(apart_mm[..., 0] / lengths_mm[0]) * _matern(apart_mm[..., 1] / lengths_mm[1]))
+    return np.asarray(matern(apart_mm[..., 0] / lengths_mm[0]) * matern(apart_mm[..., 1] / lengths_mm[1]))
 
 
-def _matern(r: Array) -> Array:
+def matern(r: Array) -> Array:
     """Matérn's correlation at r lengths, ν = 5/2."""
     s = np.sqrt(5.0) * r
     return np.asarray((1 + s + s**2 / 3) * np.exp(-s))

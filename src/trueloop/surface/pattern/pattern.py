@@ -16,6 +16,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Finding, Severity
 from trueloop.statistics import rms
+from trueloop.surface.pattern.field import FaceField
 from trueloop.surface.pattern.support import Support, between, faded
 from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.separate import COVERAGE, MANY, Separation, of_size, separate, student
@@ -153,7 +154,7 @@ def by_chance(models: Sequence[SplineSurface], inside: Flags) -> float:
 
 
 LEAST_PARTS: Final = 3
-"""Two parts do not show which of them is odd, nor how much parts differ."""
+"""Two parts do not show which of them is odd, nor how much parts differ: that is then assumed."""
 ABOVE_ZERO: Final = 1 / np.sqrt(2 * np.pi)
 """Mean of max(x, 0) for a standard normal x: what a variance that is none seems to be, in standard deviations."""
 SIDE: Final = 41
@@ -165,6 +166,9 @@ class Pattern:
     """A machining pattern model. `mean` is the pattern; `models` (one a part) are what it was averaged from. `size` is
     that of the parts' splines; where points do not support these, `support` says how far the pattern is known, and
     `mean` and `models` fade to none there, as splines of a finer size.
+
+    `own_mm` is how much a part's form differs from the pattern, one standard deviation, where too few parts show it:
+    then it is assumed, `mean` and `models` are shrunk by it, and `support` alone says how far the pattern is known.
 
     `names` tells the parts; `sigma_mm` is the scatter of the random part of one touch, pooled; `missed_mm` is the root
     mean square of what all parts have alike and this size does not follow (0 where the parts were not measured at the
@@ -180,14 +184,22 @@ class Pattern:
     outlying: tuple[Outlier, ...]
     findings: tuple[Finding, ...]
     support: Support | None = None
+    own_mm: float | None = None
 
     @property
     def parts(self) -> int:
         """Returns the number of parts."""
         return len(self.models)
 
+    @property
+    def of_parts(self) -> str:
+        """Returns the number of parts with its noun."""
+        return "1 part" if self.parts == 1 else f"{self.parts} parts"
+
     def scatter_grid_mm(self, u: Array, v: Array) -> Array:
         """Standard deviation of the parts' models at every u with every v: that of the parts and that of the fits."""
+        if self.own_mm is not None:
+            return np.full((len(u), len(v)), self.own_mm)
         stack = np.stack([model.grid_mm(u, v) for model in self.models])
         return np.asarray(np.std(stack, axis=0, ddof=1))
 
@@ -202,6 +214,8 @@ class Pattern:
         t₍ₛ₋₁₎ · scatter/√s for what scatters, and in squares the normal law's share of `missed_mm` and of what no point
         supports. A part without points at a place counts there as one that scatters as parts do on the whole.
         """
+        if self.support is not None and self.own_mm is not None:
+            return np.asarray(student(coverage, MANY) * between(self.support.deviation_mm, u, v))
         known, beyond = np.full(len(u), float(self.parts)), np.zeros(len(u))
         if self.support is not None:
             known, beyond = between(self.support.parts, u, v), between(self.support.deviation_mm, u, v)
@@ -211,7 +225,9 @@ class Pattern:
 
     def next_part_grid_mm(self, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
         """Half-width for the deterministic deviation that a next part keeps after correction by the pattern."""
-        kept = self.scatter_grid_mm(u, v) * student(coverage, self.parts - 1) * np.sqrt(1 + 1 / self.parts)
+        seen = self.own_mm is None
+        factor = student(coverage, self.parts - 1) * np.sqrt(1 + 1 / self.parts) if seen else student(coverage, MANY)
+        kept = self.scatter_grid_mm(u, v) * factor
         if self.support is None:
             return np.asarray(kept)
         wide = np.repeat(u, len(v)), np.tile(v, len(u))
@@ -226,25 +242,28 @@ class Pattern:
 
 
 def pattern_of(
-    parts: Sequence[Separation], names: Sequence[str], *, size: Size | None = None, confidence: float = 0.99
+    parts: Sequence[Separation],
+    names: Sequence[str],
+    *,
+    size: Size | None = None,
+    confidence: float = 0.99,
+    field: FaceField | None = None,
 ) -> Pattern:
     """The pattern of s parts measured at corresponding places.
 
     Every part is modelled anew with the likeliest size of the mean of all parts; where they were measured at different
-    places, with the largest that any part needs; or with `size`. Raises SRF-PARTS for fewer than three parts.
+    places, with the largest that any part needs; or with `size`. With a `field` the models are those of the field, as
+    it takes for fewer than `LEAST_PARTS` parts.
     """
-    if len(parts) < LEAST_PARTS:
-        raise Code.SRF_PARTS.refusal(
-            f"{len(parts)} parts ({', '.join(map(repr, names)) or 'none'}) make no pattern; {LEAST_PARTS} are the "
-            f"least, 10 were used in the published experiment",
-            hint="measure more parts cut with the given program, none with a corrected one: `trueloop surface add` "
-            "keeps each in a store, and a pattern is made of all in it",
-        )
     size = size or common_size(_mean_part(parts) or parts)
     again = [
         part if part.chosen.size == size else of_size(part.places, part.measured_mm, size, part.near) for part in parts
     ]
-    models, support = faded(again) or (tuple(part.deterministic for part in again), None)
+    models, support = tuple(part.deterministic for part in again), None
+    if field is not None:
+        models, support = field.models, field.support
+    elif (supported := faded(again)) is not None:
+        models, support = supported
     mean = SplineSurface(models[0].size, np.mean([model.coefficients_mm for model in models], axis=0))
     sigma = rms(np.array([part.sigma_mm for part in again]))
     odd = outliers(on_square(models), names, confidence)
@@ -259,6 +278,7 @@ def pattern_of(
         outlying=odd,
         findings=findings,
         support=support,
+        own_mm=None if field is None else field.own_mm,
     )
 
 
@@ -281,7 +301,7 @@ def _mean_part(parts: Sequence[Separation]) -> list[Separation]:
 
 def _missed_mm(parts: Sequence[Separation]) -> float:
     """Returns the residuals' common part: the mean square of their mean, less what their scatter gives it."""
-    if not _comparable(parts):
+    if len(parts) < LEAST_PARTS or not _comparable(parts):
         return 0.0
     residuals = np.stack([part.random_mm for part in parts])
     by_chance = float(np.mean(np.var(residuals, axis=0, ddof=1))) / len(parts)
@@ -333,7 +353,8 @@ class PartMaps:
     """Values in mm at the places of one part, each (n,).
 
     `predicted_mm` is what this part would have kept, corrected by the pattern of the *other* parts: a part that is
-    among those averaged would look better than a next one will. `variability_mm` is the standard deviation between
+    among those averaged would look better than a next one will; with a single part there is no other, and the pattern
+    is its own. `variability_mm` is the standard deviation between
     parts, the fits' own taken off; `uncertainty_mm` the half-width of the pattern's 95 % interval.
     """
 
@@ -352,8 +373,8 @@ def part_maps(pattern: Pattern, apart: Separation, name: str, weight: float) -> 
     """The maps of one of the pattern's parts, corrected by `weight` times a pattern."""
     u, v = apart.places.u, apart.places.v
     stack = np.stack([own.value_mm(u, v) for own in pattern.models])
-    others = np.mean(np.delete(stack, pattern.names.index(name), axis=0), axis=0)
-    scatter = np.std(stack, axis=0, ddof=1)
+    others = np.mean(np.delete(stack, pattern.names.index(name), axis=0), axis=0) if len(stack) > 1 else stack[0]
+    scatter = np.std(stack, axis=0, ddof=1) if pattern.own_mm is None else np.full(len(u), pattern.own_mm)
     fits_own = pattern.sigma_mm**2 * projector(apart.places, pattern.size).leverages
     return PartMaps(
         name=name,
@@ -363,6 +384,6 @@ def part_maps(pattern: Pattern, apart: Separation, name: str, weight: float) -> 
         random_mm=apart.random_mm,
         pattern_mm=pattern.mean.value_mm(u, v),
         predicted_mm=apart.measured_mm - weight * others,
-        variability_mm=np.sqrt(np.maximum(scatter**2 - fits_own, 0.0)),
+        variability_mm=np.sqrt(np.maximum(scatter**2 - fits_own, 0.0)) if pattern.own_mm is None else scatter,
         uncertainty_mm=pattern.uncertainty_mm(scatter, u, v),
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from trueloop.arrays import Array, for_kernel
 from trueloop.surface.on_face import SUPPORT
-from trueloop.surface.pattern.kriging import Kriging, Process, Sides, fitted_process
+from trueloop.surface.pattern.kriging import AnyProcess, Kriging, Process, Sides, fitted_process
 from trueloop.surface.separation.places import SMOOTHING, Places, splines
 from trueloop.surface.separation.separate import Separation
 from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis, fit_grid
@@ -60,7 +60,7 @@ class Support:
     `parts` how many parts tell of a place.
     """
 
-    process: Process
+    process: AnyProcess
     known: Array
     deviation_mm: Array
     parts: Array
@@ -87,31 +87,22 @@ def faded(parts: Sequence[Separation]) -> tuple[tuple[SplineSurface, ...], Suppo
     at = np.linspace(0.0, 1.0, SUPPORT)
     where = np.stack([np.repeat(at, SUPPORT), np.tile(at, SUPPORT)], axis=1) * sides
     alike = {id(part.places): part for part in parts}
-    own = {key: _own_share(part, sides, where) for key, part in alike.items()}
+    own = {key: own_share(part, sides, where[:, 0] / sides[0], where[:, 1] / sides[1]) for key, part in alike.items()}
     share = np.stack([own[id(part.places)] for part in parts])
     bare = np.flatnonzero(np.min(share, axis=0) < 1.0)
     if not len(bare):
         return None
     values = pooled(parts, sides)
     process = fitted_process(values.at_mm, values.mean_mm, sides, values.step_mm)
-    found = _expected(process, values, where[bare])
+    expected_mm = expectations(process, values.at_mm, values.values_mm, where[bare])
+    variance_mm2 = Kriging(process, values.at_mm).variance_mm2(where[bare])
+    own_mm2 = _own_variances_mm2(process, values, where[bare], variance_mm2)
     models = []
-    for part, kept, mean in zip(parts, share[:, bare], found.expected_mm, strict=True):
+    for part, kept, mean in zip(parts, share[:, bare], expected_mm, strict=True):
         model = part.deterministic.grid_mm(at, at).ravel()
         model[bare] = kept * model[bare] + (1 - kept) * mean
         models.append(fit_grid((at, at), model.reshape(SUPPORT, SUPPORT), FINE))
-    return tuple(models), _support(process, process.widening(sides), share, bare, found)
-
-
-@dataclass(frozen=True, eq=False)
-class _ExpectedError:
-    """The kriging prediction of every part at places, its variance by that part's points, (parts, m) both, and by those
-    of all parts (m,).
-    """
-
-    expected_mm: Array
-    own_mm2: Array
-    variance_mm2: Array
+    return tuple(models), _support(process, process.widening(sides), share, bare, (own_mm2, variance_mm2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,53 +121,65 @@ class Pooled:
         return np.asarray(np.nanmean(self.values_mm, axis=0))
 
 
-def _expected(process: Process, values: Pooled, where: Array) -> _ExpectedError:
-    """Where a part has no value, the mean of the others stands, with what its own values differ from it."""
-    whole, there = Kriging(process, values.at_mm), np.isfinite(values.values_mm)
-    variance = whole.variance_mm2(where)
+def expectations(process: AnyProcess, at: Array, values_mm: Array, where: Array) -> Array:
+    """Returns what kriging expects of every part at places (m, …), (parts, m), from its values (parts, n), else nan.
+
+    Where a part has no value, the mean of the others stands, with what its own values differ from it.
+    """
+    whole, there = Kriging(process, at), np.isfinite(values_mm)
     if np.all(there):
-        return _ExpectedError(
-            whole.expected_mm(values.values_mm.T, where).T, np.tile(variance, (len(there), 1)), variance
-        )
-    mean = whole.expected_mm(values.mean_mm[:, None], np.concatenate([where, values.at_mm]))[:, 0]
+        return whole.expected_mm(values_mm.T, where).T
+    mean_mm = np.nanmean(values_mm, axis=0)
+    mean = whole.expected_mm(mean_mm[:, None], np.concatenate([where, at]))[:, 0]
     beside, at_points = mean[: len(where)], mean[len(where) :]
-    alone = [Kriging(process, values.at_mm[has]) for has in there]
-    expected = [
-        beside + own.expected_mm((some - at_points)[has, None], where)[:, 0]
-        for own, some, has in zip(alone, values.values_mm, there, strict=True)
-    ]
-    return _ExpectedError(np.stack(expected), np.stack([own.variance_mm2(where) for own in alone]), variance)
+    return np.stack(
+        [
+            beside + Kriging(process, at[has]).expected_mm((some - at_points)[has, None], where)[:, 0]
+            for some, has in zip(values_mm, there, strict=True)
+        ]
+    )
 
 
-def _support(process: Process, widening: float, share: Array, bare: np.ndarray, expected: _ExpectedError) -> Support:
+def _own_variances_mm2(process: AnyProcess, values: Pooled, where: Array, variance_mm2: Array) -> Array:
+    """Returns the variance at places by every part's own points, (parts, m); `variance_mm2` is that by all points."""
+    there = np.isfinite(values.values_mm)
+    if np.all(there):
+        return np.tile(variance_mm2, (len(there), 1))
+    return np.stack([Kriging(process, values.at_mm[has]).variance_mm2(where) for has in there])
+
+
+def _support(
+    process: Process, widening: float, share: Array, bare: np.ndarray, variances_mm2: tuple[Array, Array]
+) -> Support:
+    own_mm2, variance_mm2 = variances_mm2
     yardstick, best = process.waves_mm2 + process.noise_mm2, np.max(share[:, bare], axis=0)
     known, deviation, parts = (
         np.ones(share.shape[1]),
         np.zeros(share.shape[1]),
         np.full(share.shape[1], len(share) * 1.0),
     )
-    known[bare] = np.maximum(np.clip(1 - expected.variance_mm2 / yardstick, 0.0, 1.0), best)
-    deviation[bare] = widening * np.sqrt((1 - best) * expected.variance_mm2)
-    backing = np.maximum(1 - np.clip(expected.own_mm2 / yardstick, 0.0, 1.0), share[:, bare])
+    known[bare] = np.maximum(np.clip(1 - variance_mm2 / yardstick, 0.0, 1.0), best)
+    deviation[bare] = widening * np.sqrt((1 - best) * variance_mm2)
+    backing = np.maximum(1 - np.clip(own_mm2 / yardstick, 0.0, 1.0), share[:, bare])
     most = np.max(backing, axis=0)
     parts[bare] = np.where(most > 0, np.sum(backing, axis=0) / np.where(most > 0, most, 1.0), len(share))
     square = (SUPPORT, SUPPORT)
     return Support(process, known.reshape(square), deviation.reshape(square), parts.reshape(square))
 
 
-def _own_share(part: Separation, sides: Sides, where: Array) -> Array:
-    """How much a part's own spline is taken at places (m, 2): 1 within about a step of its points, as long as these
-    determine it there; less beyond either.
+def own_share(part: Separation, sides: Sides, u: Array, v: Array) -> Array:
+    """How much a part's own spline is taken on a square of places, at shares u and v of the sides: 1 within about a
+    step of its points, as long as these determine it there; less beyond either.
     """
     from scipy.ndimage import gaussian_filter  # slow to import
     from scipy.spatial import KDTree
 
-    tree = KDTree(_flat(part.places, sides))
-    distance = np.asarray(tree.query(where)[0])
+    tree, at = KDTree(_flat(part.places, sides)), np.stack([u, v], axis=1)
+    distance = np.asarray(tree.query(at * sides)[0])
     near = _fading(distance / _reach_mm(part.places, sides, tree), 1.0, BLENDED)
     if np.any(near < 1.0):  # between two nearest points the distance has creases
         near = np.clip(gaussian_filter(near.reshape(SUPPORT, SUPPORT), CREASES, mode="nearest"), 0.0, 1.0).ravel()
-    return near * _fading(_leverage(part.places, part.chosen.size, where / sides), *DETERMINED)
+    return near * _fading(_leverage(part.places, part.chosen.size, at), *DETERMINED)
 
 
 def _fading(values: Array, full: float, none: float) -> Array:
@@ -217,14 +220,14 @@ def _flat(places: Places, sides: Sides) -> Array:
 CELLS: Final = 900
 
 
-def pooled(parts: Sequence[Separation], sides_mm: tuple[float, float]) -> Pooled:
-    """Values of parts in cells as wide as the points are apart, `CELLS` on the whole patch at most.
+def pooled(parts: Sequence[Separation], sides_mm: tuple[float, float], most: float = CELLS) -> Pooled:
+    """Values of parts in cells as wide as the points are apart, `most` on the whole patch.
 
     A part's value is its spline at the cell's place with the mean of what it leaves in the cell: the pattern's slope
     between a point and the cell's place is then no noise. The place is the mean over all parts' points: where a part's
     own points do not determine its spline there, it has no value, because a spline beyond its points is arbitrary.
     """
-    step = max(float(np.sqrt(sides_mm[0] * sides_mm[1] / CELLS)), min(_apart_mm(part, sides_mm) for part in parts))
+    step = max(float(np.sqrt(sides_mm[0] * sides_mm[1] / most)), min(_apart_mm(part, sides_mm) for part in parts))
     shape = [max(1, round(side / step)) for side in sides_mm]
     cells = [_cell(part, shape) for part in parts]
     filled = np.unique(np.concatenate(cells))

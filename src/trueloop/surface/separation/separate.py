@@ -355,12 +355,16 @@ def outlying_point(apart: Separation) -> OutlyingPoint:
 
 
 def scattering_part(parts: Sequence[Separation]) -> ScatteringPart:
-    """The part whose touches scatter most, by an F test against the others, shared among the parts (Bonferroni)."""
+    """The part whose touches scatter most, by an F test against the others, shared among the parts (Bonferroni); a
+    single part scatters by chance.
+    """
     from scipy.special import fdtrc  # slow to import
 
     freedom = np.array([len(part.random_mm) - projector(part.places, part.chosen.size).rank for part in parts])
     squares = np.array([part.sigma_mm**2 for part in parts]) * freedom
     k = int(np.argmax(squares / freedom))
+    if len(parts) == 1:
+        return ScatteringPart(k, parts[k].sigma_mm, parts[k].sigma_mm, 1.0)
     rest = np.delete(np.arange(len(parts)), k)
     others = float(np.sum(squares[rest]) / np.sum(freedom[rest]))
     ratio = float(squares[k] / freedom[k]) / max(others, np.finfo(float).tiny)
