@@ -259,7 +259,7 @@ FORM: Final = (
 
 MACHINE: Final = Cause(
     key="machine",
-    name=wording("the machine's error that its model left"),
+    name=wording("geometric or thermal error of the machine"),
     signs=(
         Sign(ErrorKind.RADIUS, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE), alike=True),
         Sign(ErrorKind.RADIUS, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE)),
@@ -269,7 +269,10 @@ MACHINE: Final = Cause(
         Sign(ErrorKind.STRAIGHTNESS, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE), needed=False),
     ),
     prior=0.12,
-    remedy=wording("Refine the model of the machine; correcting path or offsets would only mend parts of this type."),
+    remedy=wording(
+        "Fit a model of the machine, or refine the one in use: correcting path or offsets would only mend parts of "
+        "this type."
+    ),
     section="3.3, 3.4, 4.2",
     decided_by=wording("Measure parts cut with tools of other lengths and at other temperatures on a CMM."),
 )
