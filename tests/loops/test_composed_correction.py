@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,9 @@ from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions, sources_of
+from trueloop.jobs.diagnose.seen_series import parts_of
+from trueloop.jobs.store.opened import opened
 from trueloop.loops.turned.part_on_machine import PartOnMachine, check_composed
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
@@ -246,6 +250,37 @@ def test_components_of_a_second_part_are_what_its_program_moves(tmp_path: Path) 
     at = TOUCHES.at[:6, 1]
     moved_um = (np.interp(at, z_mm[on_cylinder], x_mm[on_cylinder]) - 2 * (20.0 + NOSE_MM)) / 2 / UM
     assert moved_um == pytest.approx([one["composed_um"] for one in second[:6]], abs=0.5)
+
+
+@pytest.mark.parametrize("touched_on", ["machine", "cmm"])
+def test_a_diagnosis_is_of_the_process_whatever_the_machine_did(tmp_path: Path, touched_on: str) -> None:
+    """A is cut by the given program with the whole E in it, B by the corrected one, which leaves nothing. A diagnosis
+    shows the surfaces as they are; without the machine and without the correction both are the process alone.
+    """
+    job = write_job(tmp_path, "G7", touched_on, "uncompensated")
+    text = job.read_text().replace('finish = "finish.ngc"', 'finish = "finish.ngc"\ncut_with = "given"')
+    job.write_text(text)
+    run("compensate", job, "--serial", "A", "-o", tmp_path / "o1")
+    probed_mm = machine_mm(TOUCHES.at + BALL_MM * TOUCHES.normal, TOUCHES.normal, PROBING_C, PROBE)
+    said_mm = -probed_mm if touched_on == "machine" else 0.0 * probed_mm
+    rows = zip(TOUCHES.feature, TOUCHES.at, said_mm / UM, strict=True)
+    left = [f"{k},{name},{x},{z},{um}" for k, (name, (x, z), um) in enumerate(rows)]
+    (tmp_path / "touches.csv").write_text("\n".join(["point,feature,nominal_x_mm,nominal_z_mm,error_um", *left, ""]))
+    text = text.replace('"given"', '"o1/record.json"').replace(f"= {SEMIFINISH_C} ", f"= {CUTTING_C} ")
+    job.write_text(text.replace("[gauging]", f"[gauging]\nmeasured_at = {datetime.now(UTC).isoformat()}"))
+    run("compensate", job, "--serial", "B", "-o", tmp_path / "o2")
+    sources = sources_of(opened(str(tmp_path / "trueloop.db")), DiagnosisOptions(), None)
+    parts = [part.with_errors(sources.places) for part in parts_of(sources)[0]]
+    nose_mm = TOUCHES.at + NOSE_MM * TOUCHES.normal
+    carried_mm = machine_mm(nose_mm, TOUCHES.normal, SEMIFINISH_C, TOOL)
+    truth_mm = {"A": process_mm(TOUCHES.normal) + carried_mm, "B": np.zeros(len(TOUCHES.at))}
+    assert np.max(np.abs(carried_mm)) > 8 * UM and np.max(np.abs(probed_mm)) > 8 * UM
+    for part in parts:
+        (points,) = part.points.values()
+        assert points.nominal_mm == pytest.approx(TOUCHES.at)
+        assert points.error_mm == pytest.approx(truth_mm[part.serial], abs=0.5 * UM)
+        (carried,), taken = part.carried_mm.values(), list(part.taken_off_mm.values())
+        assert points.error_mm - carried + sum(taken) == pytest.approx(process_mm(TOUCHES.normal), abs=0.5 * UM)
 
 
 def test_rapids_stay_where_they_were(tmp_path: Path) -> None:

@@ -287,7 +287,7 @@ def test_a_diagnosis_takes_out_what_the_shop_entered_or_ran(tmp_path: Path, way:
     assert [likely.get(key, 0.0) for key in keys] == pytest.approx([uncorrected.get(key, 0.0) for key in keys], abs=0.1)
     assert likely.get("tool-loose", 0.0) < 0.05
     said = found[1]["causes"]["candidates"][0]["supports"][0]
-    stated = re.search(r"(cylinder-\d): .* finds (\S+) µm \((\S+) µm with what corrections took off\) on", said)
+    stated = re.search(r"(cylinder-\d): .* finds (\S+) µm \((\S+) µm of the process without corrections\) on", said)
     assert stated is not None
     rows = [k for k, one in enumerate(SIZES) if one[1] == stated[1]]
     radial_um = [500.0 * float(np.mean(of[:, rows])) for of in (own - less, own)]

@@ -29,8 +29,9 @@ class SeenPart:
     name: it rises where the tool was set anew. `minutes_in_cut` of each tool's edge, `depth_of_cut_mm` on the radius by
     feature; what is not known is missing. `temperatures` are those while it was cut. `correction_mm` is what
     corrections of sizes took off a feature's error, by (feature, kind), as recorded; `taken_off_mm` what the program
-    that ran took off at the points of each device, (n,). `standard`: a calibrated part, on
-    which nothing was cut; its errors are actual less calibrated.
+    that ran took off at the points of each device, (n,), `carried_mm` the error of the machine that its model tells of
+    the cut, which the surface carries there. `standard`: a calibrated part, on which nothing was cut; its errors are
+    actual less calibrated.
     """
 
     serial: str
@@ -45,6 +46,7 @@ class SeenPart:
     correction_mm: Mapping[tuple[str, str], float] = field(default_factory=dict)
     standard: bool = False
     taken_off_mm: Mapping[SeenBy, Array] = field(default_factory=dict)
+    carried_mm: Mapping[SeenBy, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

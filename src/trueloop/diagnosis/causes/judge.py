@@ -31,25 +31,20 @@ OPEN, SETTLED = 0.02, 0.98
 
 @dataclass(frozen=True)
 class Mean:
-    """The mean error of a feature's points by one device, over how many parts, and the mean correction there."""
+    """The mean error of a feature's points by one device, over how many parts, and what the process left."""
 
     measured_mm: float
-    taken_off_mm: float
+    uncorrected_mm: float
     parts: int
 
     @property
-    def uncorrected_mm(self) -> float:
-        """Returns the mean error had nothing been corrected."""
-        return self.measured_mm + self.taken_off_mm
-
-    @property
     def words(self) -> object:
-        """Returns the measured mean and, where something was corrected, the mean with what that took off."""
+        """Returns the measured mean and, where it differs, that of the process without corrections."""
         measured, uncorrected = Um(self.measured_mm), Um(self.uncorrected_mm)
         if str(measured) == str(uncorrected):
             return measured
         return wording(
-            "{measured} ({uncorrected} with what corrections took off)", measured=measured, uncorrected=uncorrected
+            "{measured} ({uncorrected} of the process without corrections)", measured=measured, uncorrected=uncorrected
         )
 
 
@@ -86,8 +81,10 @@ def shown(way: Way, errors: SurfaceErrors, series: SeenSeries, size: Size) -> Ca
         some = np.flatnonzero(rows & np.array([label[2] == seen_by.value for label in labels]))
         if len(some):
             parts = len({labels[k][3] for k in some})
-            measured, taken_off = (float(np.mean(of[some])) for of in (errors.value_mm, errors.corrected_mm))
-            means[seen_by] = Mean(measured, taken_off, parts)
+            of_process, carried, taken_off = (
+                float(np.mean(of[some])) for of in (errors.value_mm, errors.carried_mm, errors.corrected_mm)
+            )
+            means[seen_by] = Mean(of_process + carried, of_process + taken_off, parts)
     at_place = [k for k, label in enumerate(labels) if label[1] == place and cut[k] and effect[k]]
     by_part = {labels[k][3]: float(effect[k]) for k in at_place}
     minutes = float(errors.places.number("minutes")[at_place].max(initial=0.0))

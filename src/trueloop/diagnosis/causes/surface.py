@@ -22,19 +22,22 @@ DECIMALS: Final = 4
 @by_content
 @dataclass(frozen=True)
 class SurfaceErrors:
-    """n errors along the outward normal, positive where material was left on.
+    """n errors along the outward normal, positive where material was left on: of the process and of what a model of the
+    machine does not tell.
 
     `places` has the columns part (number in the series), device, feature, tool, setting (labels), at (number of the
     place on the part, the same for both devices), x_mm, z_mm (from the middle of the part), normal_x, normal_z, share
     (along the feature, −1 to 1), reach (0 at the chuck to 1 at the free end), spindle_rad (NaN: not known), minutes (in
     cut), depth_mm (1 where not recorded), face and cut (0 or 1; a standard part was not cut), and a column for each
-    temperature, in K above 20 °C. `corrected_mm` (n,) is what recorded corrections took off.
+    temperature, in K above 20 °C. `corrected_mm` (n,) is what recorded corrections took off, `carried_mm` (n,)
+    what the model tells of the machine in the cut: measured was `value_mm` + `carried_mm`.
     """
 
     places: Places
     value_mm: Array
     standard_u_mm: Array
     corrected_mm: Array
+    carried_mm: Array
     signals: tuple[str, ...]
     depths_known: bool
 
@@ -59,12 +62,13 @@ def surface_errors(series: SeenSeries) -> SurfaceErrors | None:
                 found.append(_of_points(series, number, seen_by, points, signals, at))
     if not found:
         return None
-    places, values, u, corrected = zip(*found, strict=True)
+    places, values, u, corrected, carried = zip(*found, strict=True)
     return SurfaceErrors(
         places=joined(places),
         value_mm=np.concatenate(values),
         standard_u_mm=np.concatenate(u),
         corrected_mm=np.concatenate(corrected),
+        carried_mm=np.concatenate(carried),
         signals=signals,
         depths_known=known,
     )
@@ -99,7 +103,7 @@ def _of_points(
     points: SeenPoints,
     signals: tuple[str, ...],
     at: dict[tuple[object, ...], int],
-) -> tuple[Places, Array, Array, Array]:
+) -> tuple[Places, Array, Array, Array, Array]:
     part, n = series.parts[number], len(points.feature)
     low, high = _ends(series.features)
     x, z = points.nominal_mm.T
@@ -129,10 +133,10 @@ def _of_points(
     }
     for name in signals:
         columns[name] = np.full(n, part.temperatures.get(name, REFERENCE_C) - REFERENCE_C)
-    taken = np.zeros(n)
+    taken, carried = np.zeros(n), part.carried_mm.get(seen_by, np.zeros(n))
     if not part.standard:
         taken = _corrected(part, points, columns["share"], series.features) + part.taken_off_mm.get(seen_by, 0.0)
-    return Places(columns), points.error_mm, np.hypot(points.standard_u_mm, FLOOR_MM), taken
+    return Places(columns), points.error_mm - carried, np.hypot(points.standard_u_mm, FLOOR_MM), taken, carried
 
 
 def _ends(places: Mapping[str, FeaturePlace]) -> tuple[float, float]:

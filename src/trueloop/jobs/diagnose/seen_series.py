@@ -62,6 +62,12 @@ def _carried_out(records: Records, cut: Cut | None) -> tuple[turned.Correction, 
     return kept.payload, program_that_ran(kept.payload, cut)
 
 
+def _made_from(records: Records, inspection: Inspection) -> turned.Correction | None:
+    """Returns the latest correction that was made from an inspection."""
+    made = [one.payload for one in records.corrections.values() if inspection in one.record.inspections]
+    return next((one for one in reversed(made) if isinstance(one, turned.Correction)), None)
+
+
 @dataclass(frozen=True, eq=False)
 class Sources:
     """Where a series is read from: `places` of features, a `model` of the machine for what its probe reported."""
@@ -136,6 +142,7 @@ def _inspected(
         standard=records.standards.get(part.identity),
         both=taken,
         cut_with=_carried_out(records, cut),
+        corrected={by: kept for by, one in seen.items() if (kept := _made_from(records, one)) is not None},
     )
 
 

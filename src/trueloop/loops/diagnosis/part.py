@@ -1,7 +1,7 @@
 """Diagnoses of one part and of a series: feature errors by device, components at points, fixturing, causes."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -18,7 +18,7 @@ from trueloop.domain.life import Ran
 from trueloop.domain.part import Part
 from trueloop.errors import Code, Finding, Severity
 from trueloop.loops.diagnosis.left_on_parts import BothSeen
-from trueloop.loops.diagnosis.points_of import points_of, taken_off_mm
+from trueloop.loops.diagnosis.points_of import by_machine_mm, points_of, taken_off_mm
 from trueloop.loops.turned.correction import Correction
 from trueloop.machine.model.model import MachineModel
 
@@ -73,7 +73,8 @@ class InspectedPart:
     standard.
 
     `both` is there where both devices saw the same points and the model of the machine is known. `cut_with`: the
-    correction that it was cut with, and by which of its ways; None: none.
+    correction that it was cut with, and by which of its ways; None: none. `corrected`: by device the correction that
+    was made from its readings, which knows what the machine did to them.
     """
 
     part: Part
@@ -82,12 +83,18 @@ class InspectedPart:
     standard: StandardPart | None = None
     both: BothSeen | None = None
     cut_with: tuple[Correction, Ran] | None = None
+    corrected: Mapping[SeenBy, Correction] = field(default_factory=dict)
 
     def points(self, places: Mapping[str, FeaturePlace]) -> dict[SeenBy, SeenPoints]:
-        """Returns points by the device that measured them; of a standard part errors are actual less calibrated."""
+        """Returns points by the device that measured them; of a standard part errors are actual less calibrated. What
+        the machine's probe reported is corrected by E(T_probing), where that is known.
+        """
         seen = {
             by: points_of(against_calibrated(inspection, self.standard), places) for by, inspection in self.seen.items()
         }
+        for by, correction in self.corrected.items():
+            probed_mm, _ = by_machine_mm(seen[by], correction)
+            seen[by] = replace(seen[by], error_mm=seen[by].error_mm + probed_mm)
         return {by: points for by, points in seen.items() if points.feature}
 
     def with_errors(self, places: Mapping[str, FeaturePlace]) -> SeenPart:
@@ -96,7 +103,9 @@ class InspectedPart:
         errors = {by: errors_of(some, places) for by, some in points.items()}
         cut = self.cut_with
         taken = {} if cut is None else {by: taken_off_mm(some, *cut) for by, some in points.items()}
-        return replace(self.made, errors=errors, points=points, taken_off_mm=taken)
+        known = {by: correction for by, correction in self.corrected.items() if by in points}
+        carried = {by: by_machine_mm(points[by], correction)[1] for by, correction in known.items()}
+        return replace(self.made, errors=errors, points=points, taken_off_mm=taken, carried_mm=carried)
 
 
 def against_calibrated(inspection: Inspection, standard: StandardPart | None) -> Inspection:

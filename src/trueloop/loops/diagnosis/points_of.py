@@ -278,6 +278,22 @@ def taken_off_mm(points: SeenPoints, correction: Correction, ran: Ran) -> Array:
     return 0.0 - moved
 
 
+def by_machine_mm(points: SeenPoints, correction: Correction) -> tuple[Array, Array]:
+    """Returns what the model of the machine tells of points that a correction was made from, (n,) each: E(T_probing),
+    to be added to what the probe reported, and E of the cut, which the surface carries. Each point is the correction's
+    nearest on its feature; 0 on features that it does not have, and without a model.
+    """
+    probed_mm, cut_in_mm = np.zeros((2, len(points.feature)))
+    known, of = correction.composed, correction.touches
+    for k, name in enumerate(points.feature if known is not None else ()):
+        index = feature_named(correction.profile, name)
+        rows = np.array([], np.intp) if index is None else of.of_feature(index)
+        if known is not None and len(rows):
+            row = rows[np.argmin(np.linalg.norm(of.nominal_mm[rows] - points.nominal_mm[k], axis=1))]
+            probed_mm[k], cut_in_mm[k] = of.error_mm[row] - known.reported_mm[row], known.cut_in_mm[row]
+    return probed_mm, cut_in_mm
+
+
 def _points(rows: Sequence[_Row]) -> SeenPoints:
     return SeenPoints(
         feature=tuple(row.feature for row in rows),
