@@ -211,6 +211,22 @@ def test_one_of_several_parts_is_chosen_by_its_serial_number(tmp_path: Path) -> 
     assert caught.value.code is Code.MSR_SERIAL
 
 
+@pytest.mark.parametrize(("serial", "error_mm"), [("A1", 0.0155), ("", None)])
+def test_pieces_of_a_file_are_never_averaged(serial: str, error_mm: float | None, tmp_path: Path) -> None:
+    """Ø 44.031 of piece A1, then Ø 44.051 of the next, which has no serial number: 15.5 µm on the radius, not 20.5."""
+    lines = ["K0100 1", "K1002 SHAFT", "K2001/1 1", "K2002/1 Durchmesser 44", "K2101/1 44", "K2142/1 mm"]
+    values = ["44.031\x140\x1419.04.2024/19:08:00", "K0014/0 A1", "44.051\x140\x1419.04.2024/19:11:00"]
+    job = shaft_with(tmp_path, SIX, f'serial = "{serial}"\n', "part")
+    (tmp_path / "two.dfq").write_text("\n".join([*lines, *values]) + "\n")
+    job.write_text(job.read_text().replace("readings.csv", "two.dfq"))
+    if error_mm is not None:
+        np.testing.assert_allclose(read_job(job).inputs.touches.error_mm, [error_mm], atol=1e-9)
+        return
+    with pytest.raises(TrueloopError, match="inspections 1 and 2 of the file both hold 'Durchmesser 44'") as caught:
+        read_job(job)
+    assert caught.value.code is Code.MSR_SERIAL and "--run 2 -o one.csv" in caught.value.hint
+
+
 def test_one_reading_corrects_its_feature_and_says_what_is_not_known(tmp_path: Path) -> None:
     correction = corrected(tmp_path, f"{HEADER}seat-36,-60,36.020\n")
     assert correction.decision.offset_is_enough

@@ -24,7 +24,7 @@ from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final, Literal, TypeAlias
+from typing import Final, Literal
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import Inspection, Reading
@@ -32,9 +32,18 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
-from trueloop.formats.inspections.shared.checks import by_reading, filled_in, half_digits, numbered, stated_deviations
+from trueloop.formats.inspections.shared.checks import (
+    by_reading,
+    devices_of,
+    filled_in,
+    half_digits,
+    listed,
+    numbered,
+    require_serials,
+    stated_deviations,
+)
 from trueloop.formats.inspections.shared.quantities import characteristics_of
-from trueloop.formats.inspections.shared.text import decoded, number_in, read_decoded
+from trueloop.formats.inspections.shared.text import decoded, is_empty, number_in, read_decoded
 from trueloop.formats.measurements.rows import NOTE, CsvFile, CsvKind, Rows, csv_of
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
@@ -48,6 +57,7 @@ PLACES: Final = {f"{axis}{unit}": (axis, factor) for axis in "xz" for unit, fact
 READ: Final = (*VALUES, *OF_QUANTITY)
 AXES: Final[tuple[Literal["", "x", "y", "z"], ...]] = ("", "x", "y", "z")
 ALONG: Final = {axis: [name for name, (of, _) in PLACES.items() if of == axis] for axis in "xz"}
+IN_ITS_UNIT: Final = ("nominal", "lower_limit", "upper_limit", "deviation")
 STATED: Final = ("part", "serial", "instrument", "operator", "measured_at", "temperature_c")
 UNCERTAINTIES: Final = {
     f"{name}{unit}": factor / k
@@ -55,8 +65,8 @@ UNCERTAINTIES: Final = {
     for unit, factor in (*FACTORS.items(), ("_deg", 1.0))
 }
 """Of a reading: the standard uncertainty, or the expanded one with k = 2, as certificates state it."""
+NUMBERS: Final = frozenset((*READ, *PLACES, *UNCERTAINTIES, *IN_ITS_UNIT, "temperature_c"))
 KEYS: Final = (*STATED, *UNCERTAINTIES)
-IN_ITS_UNIT: Final = ("nominal", "lower_limit", "upper_limit", "deviation")
 COLUMNS: Final = (
     *("characteristic", "feature", "from", "quantity", "axis", *IN_ITS_UNIT),
     *(*VALUES, *OF_QUANTITY, *PLACES, *KEYS),
@@ -64,8 +74,6 @@ COLUMNS: Final = (
 HINT: Final = "a header such as feature,z_mm,diameter_mm and a row a reading: docs/measurements.md, Gauge readings"
 KIND: Final = CsvKind(Code.MSR_FILE, Code.MSR_COLUMN, Code.MSR_NUMBER, HINT, any_case=True)
 STATEMENT: Final = re.compile(r"#\s*(\w+)\s*[:=]\s*(.*?)\s*")
-
-Key: TypeAlias = tuple[str, ...]
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -85,7 +93,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, stated: StatedFacts) -> MeasuredFile:
-    """The readings, one inspection for each part, instrument and operator. Raises MSR errors with line and column."""
+    """The readings, one inspection for each part. Raises MSR errors with line and column."""
     text, encoding = read_decoded(path)
     file = csv_of(text, path, KIND)
     endings = {"mm": ("_in",), "inch": ("_mm", "_um"), None: ()}[stated.unit]
@@ -99,11 +107,12 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
         )
     table = _Table(file.rows(COLUMNS), _statements(file))
     rows = [row for k in range(len(table.rows)) if (row := _row(table, k)) is not None]
-    grouped: defaultdict[Key, list[_Row]] = defaultdict(list)
+    require_serials([row.part[1] for row in rows], lambda k: Place(str(path), rows[k].reading.line))
+    grouped: defaultdict[tuple[str, str], list[_Row]] = defaultdict(list)
     for row in rows:
-        grouped[row.run].append(row)
+        grouped[row.part].append(row)
     sha256 = sha256_of(path.read_bytes())
-    inspections = tuple(_inspection(run, group, sha256) for run, group in grouped.items())
+    inspections = tuple(_inspection(part, group, sha256) for part, group in grouped.items())
     empty = len(table.rows) - len(rows)
     stating = [(row.reading, *row.deviation) for row in rows if row.deviation is not None]
     remarks = (
@@ -139,8 +148,9 @@ class _Table:
 
     @cached_property
     def columns(self) -> Mapping[str, Sequence[str]]:
-        """The texts of every column."""
-        return {name: self.rows.texts(name) for name in self.rows.header}
+        """The texts of every column; of numbers, empty where a cell states none."""
+        texts = {name: self.rows.texts(name) for name in self.rows.header}
+        return {name: ["" if name in NUMBERS and is_empty(text) else text for text in of] for name, of in texts.items()}
 
     @cached_property
     def present(self) -> frozenset[str]:
@@ -187,10 +197,12 @@ class _Table:
 
 @dataclass(frozen=True)
 class _Row:
-    """A reading, the run it belongs to (part, serial, instrument, operator), and the deviation that the file states."""
+    """A reading of a part (type, serial) by an instrument and an operator, and the deviation that the file states."""
 
     reading: Reading
-    run: Key
+    part: tuple[str, str]
+    device: str
+    operator: str
     deviation: tuple[float, float] | None
 
 
@@ -222,9 +234,10 @@ def _row(table: _Table, k: int) -> _Row | None:
         temperature_c=table.number(k, "temperature_c"),
         line=table.rows.lines[k],
     )
-    run = tuple(table.text(k, name) for name in ("part", "serial", "instrument", "operator"))
+    part, serial, device, operator = (table.text(k, name) for name in ("part", "serial", "instrument", "operator"))
     printed = [table.text(k, name) for name in (column, "deviation")]  # a nominal of 20 is exact
-    return _Row(reading, run, None if deviation is None else (deviation, factor * half_digits(*printed)))
+    stated = None if deviation is None else (deviation, factor * half_digits(*printed))
+    return _Row(reading, (part, serial), device, operator, stated)
 
 
 def _quantity(table: _Table, k: int, column: str) -> Quantity:
@@ -283,19 +296,19 @@ def _moment(table: _Table, k: int) -> datetime | None:
         ) from error
 
 
-def _inspection(run: Key, rows: list[_Row], sha256: str) -> Inspection:
-    part, serial, instrument, operator = run
+def _inspection(part: tuple[str, str], rows: list[_Row], sha256: str) -> Inspection:
     readings = numbered(row.reading for row in rows)
     times = [reading.measured_at for reading in readings if reading.measured_at is not None]
     return Inspection(
-        part=Part(PartType(part), serial),
+        part=Part(PartType(part[0]), part[1]),
         measured="readings",
         sha256=sha256,
         count=len(readings),
         values=readings,
-        device=instrument,
-        operator=operator,
+        device=listed(row.device for row in rows),
+        operator=listed(row.operator for row in rows),
         measured_at=min(times, default=None),
+        devices=devices_of((row.reading.characteristic, row.device) for row in rows),
     )
 
 

@@ -32,7 +32,7 @@ from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.vectors import assumed_words, require_places, warm_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
-from trueloop.wording import wording
+from trueloop.wording import shell_word, wording
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def _measured(file: Path, stated: StatedFacts) -> MeasuredFile:
 
 
 def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
-    """The inspections of the job's part, with what the job says of it where the file does not."""
+    """The inspections of the job's part, with what the job says of it where the file does not. Raises MSR-SERIAL."""
     serials = sorted({inspection.part.serial for inspection in measured.inspections if inspection.part.serial})
     wanted = job.part.serial
     if (wanted and serials and wanted not in serials) or (not wanted and len(serials) > 1):
@@ -191,8 +191,38 @@ def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
             place=Place(str(measured.path)),
             values={"serials": serials},
         )
-    chosen = [inspection for inspection in measured.inspections if not wanted or inspection.part.serial in (wanted, "")]
+    chosen = [one for one in measured.inspections if not (wanted and serials) or one.part.serial == wanted]
+    _require_one_part(measured, chosen)
     return [_stated(inspection, job) for inspection in chosen]
+
+
+def _require_one_part(measured: MeasuredFile, inspections: Sequence[Inspection]) -> None:
+    """Raises MSR-SERIAL where inspections that no serial number joins hold one value: the next part's, or read again.
+
+    Their mean would be of no part.
+    """
+    first: dict[tuple[object, ...], Inspection] = {}
+    for inspection in inspections:
+        for key in _values_of(inspection):
+            other = first.setdefault(key, inspection)
+            if other is not inspection and not (other.part.serial and other.part.serial == inspection.part.serial):
+                runs = [k for k, one in enumerate(measured.inspections, 1) if one in (other, inspection)]
+                command = f"trueloop measure read {shell_word(str(measured.path))} --job JOB.toml --run {runs[-1]}"
+                raise Code.MSR_SERIAL.refusal(
+                    f"inspections {runs[0]} and {runs[-1]} of the file both hold {key[0]!r}, and no serial number "
+                    "tells whether they are of one part",
+                    hint=f"write the one that is meant to a file for the job, with `{command} -o one.csv`; or state "
+                    "the serial numbers in the file",
+                    place=Place(str(measured.path)),
+                    values={"serials": [one.part.serial for one in inspections][:20]},
+                )
+
+
+def _values_of(inspection: Inspection) -> list[tuple[object, ...]]:
+    """Returns what tells the values of an inspection apart; points without a name are alike."""
+    readings = [(one.characteristic, one.feature, one.axis, one.place_mm) for one in inspection.readings]
+    points = [point.name for point in inspection.points] + [touch.point for touch in inspection.touches]
+    return [*readings, *((name,) for name in points)]
 
 
 def _of_other_name(file: str, measured: MeasuredFile, job: Job) -> list[str]:

@@ -135,14 +135,28 @@ def test_rows_without_a_value_were_not_measured(tmp_path: Path) -> None:
     assert [remark.text for remark in found.remarks] == ["1 of 2 rows have no value: not measured"]
 
 
-def test_parts_instruments_and_operators_are_inspections_of_their_own(tmp_path: Path) -> None:
-    text = "serial,operator,feature,diameter_mm\nA1,K,A,20\nA2,K,A,20.01\nA1,K,B,30\nA1,M,B,30\n"
-    found = read(tmp_path, text).inspections
-    assert [(one.part.serial, one.operator, one.count) for one in found] == [
-        ("A1", "K", 2),
-        ("A2", "K", 1),
-        ("A1", "M", 1),
+def test_a_part_is_one_inspection_whoever_read_it_with_what(tmp_path: Path) -> None:
+    text = "serial,operator,instrument,feature,diameter_mm\nA1,K,m1,A,20\nA2,K,m1,A,20.01\nA1,K,m1,B,30\nA1,M,m2,B,30\n"
+    first, second = read(tmp_path, text).inspections
+    assert [(one.part.serial, one.operator, one.device, one.count) for one in (first, second)] == [
+        ("A1", "K, M", "m1, m2", 3),
+        ("A2", "K", "m1", 1),
     ]
+    assert [reading.repeat for reading in first.readings] == [1, 1, 2]
+    assert (first.device_of("A diameter"), first.device_of("B diameter")) == ("m1", "m1, m2")
+
+
+def test_a_row_without_the_serial_number_that_others_have_is_refused(tmp_path: Path) -> None:
+    """Below A1 and A2 alike: by the file it may be of either."""
+    caught = refused(tmp_path, "serial,feature,diameter_mm\nA1,A,20\n,B,\n,B,30.01\nA2,A,20.1\n,B,30.11\n")
+    assert (caught.code, caught.place.line, "2 of 4 readings" in caught.message) == (Code.MSR_SERIAL, 4, True)
+
+
+@pytest.mark.parametrize("cell", ["***", "*****", "-", "--", "NaN", "n/a", "?"])
+def test_a_cell_that_states_no_number_was_not_measured(cell: str, tmp_path: Path) -> None:
+    found = read(tmp_path, f"feature,z_mm,diameter_mm\nA,{cell},20.003\nB,-9,{cell}\n")
+    assert [(one.feature, one.place_mm) for one in found.inspections[0].readings] == [("A", ())]
+    assert [remark.text for remark in found.remarks] == ["1 of 2 rows have no value: not measured"]
 
 
 def test_a_deviation_of_the_opposite_sign_is_found(tmp_path: Path) -> None:

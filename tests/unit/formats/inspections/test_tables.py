@@ -261,6 +261,13 @@ def test_parts_side_by_side_and_repeats_side_by_side(tmp_path: Path) -> None:
     assert [(one.repeat, one.actual) for one in _one(repeats)] == [(1, 25.01), (2, 25.02)]
 
 
+def test_a_row_without_the_serial_number_that_others_have_is_refused(tmp_path: Path) -> None:
+    """A cell that was merged over two rows reads as empty in the second: it may be of either part."""
+    text = "Serial;Merkmal;Soll [mm];Ist [mm]\nA1;Ø44;44;44,031\n;Ø36;36;36,025\nA2;Ø44;44;44,041\n;Ø36;36;36,035\n"
+    refused = _refused(tmp_path, text)
+    assert (refused.code, refused.place.line, refused.place.column) == (Code.MSR_SERIAL, 3, 1)
+
+
 def test_bare_numbers_are_parts_under_a_title_that_says_so_and_else_a_choice(tmp_path: Path) -> None:
     rows = "1;25.4;0.1;0.1;25.41;25.39;25.40\n2;8;0.1;0.1;8.01;8;7.99\n"
     text = "FAI;;;;{};;\nItem;Dimension [mm];Tol +;Tol -;1;2;3\n" + rows

@@ -4,12 +4,13 @@ Each check gives one remark for all its cases, with the count and the line of th
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
+from trueloop.errors import Code, Place
 from trueloop.formats.inspections.measured_file import Remark
 
 SLACK: Final = 1e-9
@@ -56,8 +57,27 @@ def devices_of(measured: Iterable[tuple[str, str]]) -> dict[str, str]:
     found: defaultdict[str, dict[str, None]] = defaultdict(dict)
     for characteristic, device in measured:
         found[characteristic][device] = None
-    listed = {name: ", ".join(filter(None, devices)) for name, devices in found.items()}
-    return listed if len(set(listed.values())) > 1 else {}
+    of = {name: listed(devices) for name, devices in found.items()}
+    return of if len(set(of.values())) > 1 else {}
+
+
+def listed(names: Iterable[str]) -> str:
+    """Returns the names that are stated, each once, with commas."""
+    return ", ".join(filter(None, dict.fromkeys(names)))
+
+
+def require_serials(serials: Sequence[str], place: Callable[[int], Place]) -> None:
+    """Raises MSR-SERIAL where some readings state a serial number and others none: of which part these are is open."""
+    stated = sorted(set(serials) - {""})
+    without = [k for k, serial in enumerate(serials) if not serial]
+    if stated and without:
+        raise Code.MSR_SERIAL.refusal(
+            f"{len(without)} of {len(serials)} readings state no serial number, the others {stated[0]!r}"
+            + (f" and {len(stated) - 1} more" if len(stated) > 1 else ""),
+            hint="write the serial number in every row, also where it is that of the row above",
+            place=place(without[0]),
+            values={"serials": stated[:20]},
+        )
 
 
 def stated_deviations(stated: Iterable[tuple[Reading, float, float]]) -> tuple[Remark, ...]:

@@ -47,6 +47,9 @@ PLAIN: Final = frozenset("0123456789.+- \t\r\n")
 """Signs of numbers that can be read in one way alone."""
 MOST: Final = 1e15
 """No length, angle or temperature is as large in any unit; its square is still a number."""
+EMPTY: Final = frozenset(("n/a", "na", "n.a.", "nan", "null", "none"))
+"""Cells that state nothing, in lower case, as do those of the signs below alone, and a workbook's errors (#REF!)."""
+SIGNS: Final = "*-–—.?"
 HINT: Final = "docs/inspection-formats.md lists the formats that are read; other text: save it as CSV in UTF-8"
 
 
@@ -99,6 +102,15 @@ def _only_diameter_signs(content: bytes) -> bool:
     """
     western, central = (content[:200_000].decode(name, errors="replace") for name in ("cp1252", "cp1250"))
     return {one for one, other in zip(western, central, strict=True) if one != other} <= {"Ø", "ø"}
+
+
+def is_empty(cell: str) -> bool:
+    """Returns whether a cell states nothing: it is empty, a dash, stars, or an error.
+
+    >>> [is_empty(cell) for cell in ("", "***", "NaN", "#REF!", "0", "A-1")]
+    [True, True, True, True, False, False]
+    """
+    return not cell.strip(SIGNS) or cell.lower() in EMPTY or (cell.startswith("#") and cell.rstrip("!?").isupper())
 
 
 def number_in(text: str, path: Path, line: int, column: int | None = None) -> float:

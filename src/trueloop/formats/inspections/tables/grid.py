@@ -29,8 +29,6 @@ SEPARATORS: Final = ("\t", ";", "|", ",")
 """Separators in the order of trust: a comma may be a decimal mark."""
 SAMPLE: Final = 60
 """Rows that are looked at to find the separator and the headings."""
-EMPTY: Final = frozenset(("", "-", "--", "---", "n/a", "na", "nan", "null", "none", "*", "***", "...", "?"))
-"""Cells that state nothing, in lower case; errors of a workbook, such as #REF!, as well."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +45,6 @@ class Grid:
     def at(self, row: int, column: int | None = None) -> Place:
         """Returns the place of a cell, row and column counted from 0."""
         return Place(str(self.path), self.lines[row], None if column is None else column + 1)
-
-
-def is_empty(cell: str) -> bool:
-    """Returns whether a cell states nothing."""
-    return cell.lower() in EMPTY or (cell.startswith("#") and cell.rstrip("!?").isupper())
 
 
 def grid_of_text(

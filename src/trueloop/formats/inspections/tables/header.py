@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from trueloop.formats.inspections.shared.text import NUMBER
-from trueloop.formats.inspections.tables.grid import SAMPLE, Row, is_empty
+from trueloop.formats.inspections.shared.text import NUMBER, is_empty
+from trueloop.formats.inspections.tables.grid import SAMPLE, Row
 from trueloop.formats.inspections.tables.headings import (
     ENDS,
     IN_DOUBT,

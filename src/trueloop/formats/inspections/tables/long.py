@@ -15,8 +15,8 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Unit
-from trueloop.formats.inspections.shared.text import NUMBER, number_in
-from trueloop.formats.inspections.tables.grid import Grid, Row, is_empty
+from trueloop.formats.inspections.shared.text import NUMBER, is_empty, number_in
+from trueloop.formats.inspections.tables.grid import Grid, Row
 from trueloop.formats.inspections.tables.header import Header, is_unit_row
 from trueloop.formats.inspections.tables.headings import (
     ANGLE_DEG,

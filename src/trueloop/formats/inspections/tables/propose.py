@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.shared.text import NUMBER
-from trueloop.formats.inspections.tables.grid import Grid, is_empty
+from trueloop.formats.inspections.shared.text import NUMBER, is_empty
+from trueloop.formats.inspections.tables.grid import Grid
 from trueloop.formats.inspections.tables.header import (
     Header,
     begins_as_number,

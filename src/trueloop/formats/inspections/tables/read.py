@@ -42,7 +42,7 @@ def with_points(common: Common, unit: Unit | None, sha256: str, notes: Sequence[
         if values:
             inspections.append(common.inspection(key, rows, sha256, values, at))
     missing = sum(point is None for point in points)
-    remarks = [Remark(f"{missing} of {len(points)} points are not measured: cells are empty")] if missing else []
+    remarks = [Remark(f"{missing} of {len(points)} points are not measured: cells hold no number")] if missing else []
     return MeasuredFile(
         path=long.grid.path,
         format="table of points",

@@ -18,7 +18,9 @@ from trueloop.formats.inspections.shared.checks import (
     by_reading,
     devices_of,
     filled_in,
+    listed,
     numbered,
+    require_serials,
     stated_deviations,
     stated_verdicts,
 )
@@ -123,8 +125,8 @@ class Common:
             sha256=sha256,
             count=len(values),
             values=tuple(values),
-            device=", ".join(dict.fromkeys(name for row in rows if (name := self.text(Role.DEVICE, row)))),
-            operator=self.text(Role.OPERATOR, rows[0]),
+            device=listed(self.text(Role.DEVICE, row) for row in rows),
+            operator=listed(self.text(Role.OPERATOR, row) for row in rows),
             measured_at=at,
         )
 
@@ -220,6 +222,9 @@ def with_readings(common: Common, unit: Unit | None, sha256: str, notes: Sequenc
     stands = ~np.isnan(sizes.actual)
     remarks = [*notes, *sizes.remarks, *_left_out(long, stands)]
     remarks += _compared(sizes, readings, stands)
+    serials = common.texts(Role.SERIAL)
+    measured = np.flatnonzero(stands).tolist()
+    require_serials([serials[row] for row in measured], lambda k: long.place(Role.SERIAL, measured[k]))
     inspections = []
     for key, rows, at in common.groups():
         values = [readings[row] for row in rows if stands[row]]
@@ -316,7 +321,7 @@ def _left_out(long: Long, stands: Flags) -> Iterator[Remark]:
     if not np.all(stands):
         row = int(np.argmin(stands))
         yield Remark(
-            f"{np.sum(~stands)} of {len(stands)} values are not measured: their cells are empty", long.lines[row]
+            f"{np.sum(~stands)} of {len(stands)} values are not measured: their cells hold no number", long.lines[row]
         )
     yield from statistics_left_out(long)
 
