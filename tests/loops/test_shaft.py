@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.cli import run
+from tests.support.cli import invoke, run
 from tests.support.gauged import EXAMPLES, shaft_with
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.record_file import read_record
+from trueloop.jobs.measure.measured import map_table
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
@@ -225,6 +226,46 @@ def test_pieces_of_a_file_are_never_averaged(serial: str, error_mm: float | None
     with pytest.raises(TrueloopError, match="inspections 1 and 2 of the file both hold 'Durchmesser 44'") as caught:
         read_job(job)
     assert caught.value.code is Code.MSR_SERIAL and "--run 2 -o one.csv" in caught.value.hint
+
+
+def test_nominal_and_actual_values_that_are_exchanged_are_refused_and_the_named_columns_corrected(
+    tmp_path: Path,
+) -> None:
+    """Diameters 15 µm too large read as exact ones of other nominal sizes would be left as they are."""
+    head = "characteristic;quantity;nominal;actual [mm]\n"
+    rows = "".join(f"{name};diameter;{size + 0.015};{size}\n" for name, size in (("seat-44", 44), ("seat-36", 36)))
+    job = shaft_with(tmp_path, head + rows)
+    with pytest.raises(
+        TrueloopError, match=r"2 readings have another nominal .* the actual ones are the contour's"
+    ) as no:
+        read_job(job)
+    assert no.value.code is Code.MSR_NOMINAL and no.value.place.line == 2
+    names = {"nominal": ("actual [mm]",), "actual": ("nominal",)}
+    map_table(tmp_path / "readings.csv", tmp_path / "map.toml", given=names)
+    job.write_text(job.read_text().replace("[gauging]", '[gauging]\nreadings_mapping = "map.toml"'))
+    np.testing.assert_allclose(read_job(job).inputs.touches.error_mm, [0.0075, 0.0075], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("columns", "row", "said"),
+    [
+        (
+            "z_mm,diameter_mm",
+            "seat-44,105,44.02",
+            "z 105 mm is not on it, which goes from -112 to -80 mm; z -105 mm is on",
+        ),
+        ("nominal,diameter_mm", "seat-44,44.1,44", "as the actual one is: are the two exchanged?"),
+        ("angle_deg", "cone,22.62", "0.5 times it fits: the included angle of a cone?"),
+    ],
+)
+def test_a_value_that_is_not_its_feature_s_is_listed_with_the_slip_that_explains_it(
+    columns: str, row: str, said: str, tmp_path: Path
+) -> None:
+    job = shaft_with(tmp_path, f"feature,{columns}\n{row}\n")
+    listed, refused = invoke("measure", "read", tmp_path / "readings.csv", "--job", job, status=1).stdout.split(
+        "MSR-PART"
+    )
+    assert said in listed and said in refused
 
 
 def test_one_reading_corrects_its_feature_and_says_what_is_not_known(tmp_path: Path) -> None:

@@ -120,12 +120,18 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         notes += _of_other_name(file.name, measured, job)
         if unmatched:
             notes.append(wording("{file}: {n} values are of no feature of the part.", file=file.name, n=unmatched))
-        notes += [f"{file.name}: {nominal.message} ({nominal.hint})." for nominal in other_nominals(profile, found)]
+        for nominal in other_nominals(profile, found):
+            if nominal.severity is Severity.ERROR:
+                raise nominal.in_file(str(file)).as_error()
+            notes.append(f"{file.name}: {nominal.message} ({nominal.hint}).")
         notes += [f"{file.name}: {remark.text}." for remark in deviations_of(measured, profile, found)]
     if files and not matched and not touches:
+        held = sum(inspection.count for inspection in inspections)
         raise Code.MSR_NONE.refusal(
-            f"{len(files)} files of readings hold 0 readings of the part",
-            hint="fill in at least one value: a row without one was not measured",
+            f"{len(files)} files of readings hold {held} values, and 0 readings of the part",
+            hint=f"`trueloop measure read {shell_word(str(files[0]))} --job JOB.toml` shows why each is not used"
+            if held
+            else "fill in at least one value: a row without one was not measured",
             place=Place(str(files[0])),
         )
     notes += assumed_words(matched, gauging.readings_u_mm)

@@ -13,12 +13,13 @@ import numpy as np
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, Touch
-from trueloop.geometry.feature import distance_mm
+from trueloop.geometry.feature import Feature, Line, distance_mm
 from trueloop.geometry.profile import Profile
 from trueloop.turned.readings.matches import Axis, By, Left, MatchedReading, MatchedTouch, Matches, feature_named
 from trueloop.turned.readings.points import along_and_off, match_points
 from trueloop.turned.readings.sizes import (
     Candidate,
+    axial_mm,
     candidates,
     differs_from,
     is_face,
@@ -34,12 +35,19 @@ NO_ERRORS: Final = {
     Quantity.RUNOUT: "runout repeats with the turn of the part: no error of its profile",
     Quantity.FORM: "form is no error of one place of the profile",
     Quantity.POSITION: "a coordinate is no size; only that of a face along the axis is used, where the face is named",
-    Quantity.OTHER: "what it is the size of is not known",
+    Quantity.OTHER: "what it is the size of is not known: a column of quantities, the heading of its values or its "
+    "name says so, as `Ø`, `Diameter`, `Length`",
 }
 FROM: Final = " from "
 CENTRED_MM: Final = 1.0
 """A circle whose centre is further from the axis is not a section of a turned part."""
-FACTORS: Final = {2.0: "a radius among diameters?", 0.5: "a diameter among radii?"}
+ROUND: Final = (Quantity.DIAMETER, Quantity.RADIUS)
+FACTORS: Final = (
+    (2.0, ROUND, "a radius among diameters?"),
+    (0.5, ROUND, "a diameter among radii?"),
+    (0.5, (Quantity.ANGLE,), "the included angle of a cone? An angle is counted between surface and axis"),
+)
+"""What would explain that a size fits no feature: the factor by which it fits, of which quantities, the question."""
 
 
 def match_inspection(
@@ -192,18 +200,32 @@ def _credible(profile: Profile, match: MatchedReading) -> Outcome:
 
 def _another(profile: Profile, reading: Reading, index: int, size: float | None, differs: float | None = None) -> Left:
     """A name whose feature has another size: of another part, or of another place."""
+    name, beside = profile.names[index], _beside(profile.features[index], reading)
     own = f"is at {size:.4f} mm" if size is not None else f"differs from it by {differs:.4f} {reading.quantity.unit}"
-    why = f"{profile.names[index]!r} is named, and {_size(reading)} is not its own: it {own}"
+    why = f"{name!r} is named, and {_size(reading)} is not its own: it {own}"
+    if beside:
+        return Left(reading, f"{name!r} is named, and {beside}")
+    actual = None if reading.nominal is None else differs_from(profile, index, replace(reading, nominal=reading.actual))
+    if actual is not None and actual <= within_of(reading):
+        return Left(reading, f"{why}, as the actual one is: are the two exchanged?")
     return Left(reading, why + _blunder(profile, reading))
+
+
+def _beside(feature: Feature, reading: Reading) -> str:
+    """Describes a place along the spindle that is not on the feature; empty where it is, or none is stated."""
+    z, (low, high) = axial_mm(reading), sorted((feature.start_mm[1], feature.end_mm[1]))
+    if z is None or not isinstance(feature, Line) or low - ON_PROFILE_MM <= z <= high + ON_PROFILE_MM:
+        return ""
+    sign = f"; z {-z:g} mm is on it: is the sign missing?" if low <= -z <= high else ""
+    return f"z {z:g} mm is not on it, which goes from {low:g} to {high:g} mm{sign}"
 
 
 def _blunder(profile: Profile, reading: Reading) -> str:
     """Describes what a factor of two would explain; it is never applied."""
-    if reading.quantity not in (Quantity.DIAMETER, Quantity.RADIUS):
-        return ""
-    for factor, question in FACTORS.items():
+    for factor, quantities, question in FACTORS:
         nominal = None if reading.nominal is None else reading.nominal * factor
-        if len(candidates(profile, replace(reading, nominal=nominal, actual=reading.actual * factor))) == 1:
+        scaled = replace(reading, nominal=nominal, actual=reading.actual * factor)
+        if reading.quantity in quantities and len(candidates(profile, scaled)) == 1:
             return f"; {factor:g} times it fits: {question}"
     return ""
 

@@ -315,16 +315,23 @@ def _unseen(feature: Feature, reading: Reading, why: str, hint: str) -> Trueloop
 
 ROUNDED: Final = {"mm": 0.001, "deg": 0.01}
 """Nominal values differ by no more where one of them was rounded."""
+EXACT: Final = 3e-4
+"""mm or degrees: what rounding to five decimals of an inch makes of an exact value."""
 SHOWN: Final = 4
 
 
 def other_nominals(profile: Profile, readings: Sequence[MatchedReading]) -> tuple[Finding, ...]:
-    """Returns a warning where the file's nominal values differ from the profile's: its deviations are others."""
+    """Returns a finding where the file's nominal values differ from the profile's: its deviations are others.
+
+    It is an error where all actual values are the profile's nominal ones instead: the two are exchanged.
+    """
     found: list[tuple[Reading, float, float]] = []
+    exchanged = 0
     for one in corrected(readings):
         stated, expected = one.reading.nominal, _nominal(profile, one)
         if stated is None or expected is None:
             continue
+        exchanged += abs(one.reading.actual - expected) <= EXACT
         if abs(stated - expected) > 1.000001 * ROUNDED[one.reading.quantity.unit]:
             found.append((one.reading, stated, expected))
     if not found:
@@ -335,12 +342,18 @@ def other_nominals(profile: Profile, readings: Sequence[MatchedReading]) -> tupl
     )
     more = f", and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
     first, stated, expected = found[0]
+    other = f"{len(found)} readings have another nominal value in the file than on the part's contour: {shown}{more}; "
+    all_exchanged = 1 < len(found) == exchanged == len(corrected(readings))
     finding = Finding(
-        Severity.WARNING,
+        Severity.ERROR if all_exchanged else Severity.WARNING,
         Code.MSR_NOMINAL,
-        f"{len(found)} readings have another nominal value in the file than on the part's contour: {shown}{more}; a "
-        "correction counts from the contour's",
-        "where the file's is the size to aim at, as the middle of limits: state it in the features of [part]",
+        f"{other}the actual ones are the contour's"
+        if all_exchanged
+        else f"{other}a correction counts from the contour's",
+        "are nominal and actual values exchanged? Of a table name the columns: `trueloop measure map FILE "
+        "--column nominal=HEADING --column actual=HEADING`"
+        if all_exchanged
+        else "where the file's is the size to aim at, as the middle of limits: state it in the features of [part]",
         Place(line=first.line),
         values={"feature": first.feature, "actual": stated, "nominal": expected},
     )

@@ -78,7 +78,8 @@ def _part(
     yield Finding(
         Severity.ERROR,
         Code.MSR_PART,
-        f"{matches.count} of {values} values are of this part, by name or by size",
+        f"{matches.count} of {values} values are of this part, by name or by size; the first that is not: "
+        f"{matches.unmatched[0].reason}",
         "is it of another part, or in another frame? A mapping's [features] lists names that differ",
         values={"matched": matches.count, "values": values},
     )

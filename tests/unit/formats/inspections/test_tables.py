@@ -281,6 +281,37 @@ def test_bare_numbers_are_parts_under_a_title_that_says_so_and_else_a_choice(tmp
     assert "--column parts=1 --column parts=2 --column parts=3" in hint
 
 
+@pytest.mark.parametrize(
+    ("heads", "row", "quantity", "nominal"),
+    [
+        ("Merkmal;Ø Soll [mm];Ø Ist [mm]", "Sitz;44;44,031", Quantity.DIAMETER, 44.0),
+        ("Merkmal;Nenndurchmesser [mm];Istdurchmesser [mm]", "Sitz;44;44,031", Quantity.DIAMETER, 44.0),
+        ("Feature;Measured Diameter (mm);Nominal Diameter (mm)", "seat;44.031;44", Quantity.DIAMETER, 44.0),
+        ("Feature;Diameter (mm)", "seat;44.031", Quantity.DIAMETER, None),
+        ("Merkmal;Radius [mm];Z [mm]", "Sitz;44,031;-10", Quantity.RADIUS, None),
+        ("Merkmal;Istlänge [mm];Solllänge [mm]", "Bund;44,031;44", Quantity.LENGTH, 44.0),
+        ("Merkmal;Nennmaß [mm];Länge [mm]", "Bund;44;44,031", Quantity.LENGTH, 44.0),
+    ],
+)
+def test_a_heading_names_the_quantity_beside_the_value_or_alone(
+    heads: str, row: str, quantity: Quantity, nominal: float | None, tmp_path: Path
+) -> None:
+    (reading,) = _one(_read(tmp_path, f"{heads}\n{row}\n"))
+    assert (reading.quantity, reading.actual, reading.nominal) == (quantity, 44.031, nominal)
+
+
+def test_a_name_goes_before_a_heading_and_headings_of_two_quantities_are_refused(tmp_path: Path) -> None:
+    """Of 15.5 µm on the radius beside a diameter only one may count; the hint's command leaves the other out."""
+    named = _one(_read(tmp_path, "Merkmal;Ø Soll [mm];Ø Ist [mm]\nRadius R5;5;5,01\nSitz;44;44,031\n"))
+    assert [one.quantity for one in named] == [Quantity.RADIUS, Quantity.DIAMETER]
+    text = "Merkmal;Ø Soll [mm];Ø Ist [mm];Radius Abw [µm]\nSitz;44;44,031;15,5\n"
+    refused = _refused(tmp_path, text)
+    assert (refused.code, refused.place.line) == (Code.MSR_MEANING, 1)
+    assert shlex.split(refused.hint or "")[-1] == "ignored=Radius Abw [µm]"
+    two = _refused(tmp_path, "Merkmal;Durchmesser [mm];Radius [mm]\nSitz;44,031;22,0155\n")
+    assert "2 columns may be the actual" in two.message
+
+
 def test_whole_numbers_under_dimension_are_names(tmp_path: Path) -> None:
     (one,) = _one(_read(tmp_path, "Dimension;Nominal [mm];Actual\n7;25,4;25,41\n"))
     assert (one.characteristic, one.nominal) == ("7", 25.4)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from trueloop.domain.characteristic import Quantity
 from trueloop.formats.inspections.shared.text import NUMBER, is_empty
 from trueloop.formats.inspections.tables.grid import SAMPLE, Row
 from trueloop.formats.inspections.tables.headings import (
@@ -15,6 +16,7 @@ from trueloop.formats.inspections.tables.headings import (
     LENGTHS,
     PARTNERS,
     Role,
+    of_quantity,
     plain,
     unit_named,
     without_unit,
@@ -30,12 +32,16 @@ BEGINS: Final = re.compile(r"[ØøR⌀∅±n]?\s*[-+−]?[.,]?\d")
 
 @dataclass(frozen=True)
 class Header:
-    """The headings: `row` of the last of `rows` rows of them, from 0; unique names, and their plain forms by column."""
+    """The headings: `row` of the last of `rows` rows of them, from 0; unique names, and their plain forms by column.
+
+    `quantities` are those that headings name beside a value, as `Ø Ist`, of which `plain` has the rest, or alone.
+    """
 
     row: int
     rows: int
     names: tuple[str, ...]
     plain: tuple[str, ...]
+    quantities: tuple[Quantity | None, ...]
     score: float
 
     @property
@@ -64,8 +70,15 @@ def header_at(rows: Sequence[Row], row: int, count: int) -> Header:
     above += [""] * (len(below) - len(above))
     titles = itertools.accumulate(above, _latest)  # a title over several columns stands in the first
     texts = [_together(title, low) or high for high, title, low in zip(above, titles, below, strict=False)]
-    plains = tuple(plain(without_unit(text)) for text in texts)
-    return Header(row, count, _unique(texts), plains, _score(rows[row + 1 : row + 1 + BELOW], texts, plains))
+    plains, quantities = zip(*(of_quantity(plain(without_unit(text))) for text in texts), strict=True)
+    return Header(
+        row=row,
+        rows=count,
+        names=_unique(texts),
+        plain=plains,
+        quantities=quantities,
+        score=_score(rows[row + 1 : row + 1 + BELOW], texts, plains, quantities),
+    )
 
 
 def number_like(cell: str) -> bool:
@@ -114,7 +127,9 @@ def _unique(texts: Sequence[str]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _score(below: Sequence[Row], texts: Sequence[str], plains: Sequence[str]) -> float:
+def _score(
+    below: Sequence[Row], texts: Sequence[str], plains: Sequence[str], quantities: Sequence[Quantity | None]
+) -> float:
     """2 for a length with numbers under it, 1 for other things, a third for unknown columns of numbers."""
     counted: dict[str, float] = {}
     filled = sum(map(any, below))
@@ -128,6 +143,8 @@ def _score(below: Sequence[Row], texts: Sequence[str], plains: Sequence[str]) ->
             counted[name] = 2.0 if numbers else 0.4
         elif role is not None:
             counted[role] = 1.0 if 2 * len(cells) >= filled else 0.2
+        elif numbers and cells and quantities[column] is not None:
+            counted[name] = 1.0
         elif numbers and cells:
             counted[f" {column}"] = 1 / 6 if number_like(texts[column]) else 1 / 3
     return sum(counted.values())

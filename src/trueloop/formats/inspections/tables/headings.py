@@ -8,6 +8,7 @@ import unicodedata
 from enum import StrEnum
 from typing import Final
 
+from trueloop.domain.characteristic import Quantity
 from trueloop.formats.inspections.measured_file import Unit
 
 LENGTH_MM: Final = {
@@ -117,6 +118,8 @@ NORMAL: Final = (Role.I, Role.J, Role.K)
 LIMITS: Final = (Role.UPPER_LIMIT, Role.LOWER_LIMIT, Role.UPPER_TOLERANCE, Role.LOWER_TOLERANCE)
 LENGTHS: Final = frozenset((Role.NOMINAL, Role.ACTUAL, Role.DEVIATION, *LIMITS, *POINT, *NOMINAL_POINT))
 """Roles of values in a unit of length, or of angle."""
+OF_VALUES: Final = frozenset((Role.NOMINAL, Role.ACTUAL, Role.DEVIATION, *LIMITS, Role.TOLERANCE))
+"""Roles of the numbers of a size."""
 NUMBERS: Final = LENGTHS | {*NORMAL, Role.TEMPERATURE, Role.OUTSIDE}
 
 
@@ -219,6 +222,13 @@ PARTNERS: Final = {
     "l tol": Role.LOWER_TOLERANCE,
     "ltol": Role.LOWER_TOLERANCE,
 }
+OF_QUANTITY: Final = (
+    (Quantity.DIAMETER, re.compile(r"durchmesser|[ø⌀∅φ]|\b(?:d|dia|diam|diameter|durchm|dm)\b")),
+    (Quantity.RADIUS, re.compile(r"radius|\br\b")),
+    (Quantity.LENGTH, re.compile(r"laenge|abstand|\b(?:l|length|distance)\b")),
+    (Quantity.ANGLE, re.compile(r"winkel|\bangle\b")),
+)
+"""Words of quantities in headings of values: `Ø Ist`, `Nenndurchmesser`, `Measured length`."""
 UMLAUTS: Final = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
 BRACKETS: Final = re.compile(r"[\[(<{].*?[\])>}]")
 
@@ -234,6 +244,19 @@ def plain(heading: str) -> str:
     text = re.sub(r"\+\s*/?\s*-", " plus minus ", text).replace("+", " plus ")
     text = re.sub(r"(?<![^\s_.])-(?=\s*tol)|(?<=tol)[\s.]*-(?=\s|$)|^-$", " minus ", text)
     return re.sub(r"[\s_.:#*/\-–]+", " ", text).strip()
+
+
+def of_quantity(name: str) -> tuple[str, Quantity | None]:
+    """Returns a plain heading without the quantity that it names beside a value, and that; None: it names none.
+
+    >>> [(rest, str(quantity)) for rest, quantity in map(of_quantity, ("istdurchmesser", "ø soll", "radius", "ist"))]
+    [('ist', 'diameter'), ('soll', 'diameter'), ('radius', 'radius'), ('ist', 'None')]
+    """
+    for quantity, words in () if name in KNOWN or name in ENDS else OF_QUANTITY:
+        rest = " ".join(words.sub(" ", name, count=1).split())
+        if rest != name and (not rest or rest in ENDS or KNOWN.get(rest, ("", 0))[0] in OF_VALUES):
+            return rest or name, quantity
+    return name, None
 
 
 def names_in(text: str) -> list[str]:

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags
+from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Unit
 from trueloop.formats.inspections.shared.text import NUMBER, is_empty, number_in
@@ -22,6 +23,7 @@ from trueloop.formats.inspections.tables.headings import (
     ANGLE_DEG,
     LENGTH_MM,
     LENGTHS,
+    OF_VALUES,
     Role,
     is_statistic,
     plain,
@@ -30,6 +32,8 @@ from trueloop.formats.inspections.tables.headings import (
     without_unit,
 )
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
+from trueloop.formats.inspections.tables.mapping import map_command
+from trueloop.wording import shell_word
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,8 @@ class Long:
     """Texts by role, one for each value, with the lines they stand in; empty where a cell states nothing.
 
     `columns` are those of the roles, for places; `units` those of columns whose heading or row of units names one.
-    `left_out`: rows of statistics, the text by which each is known, by its line.
+    `left_out`: rows of statistics, the text by which each is known, by its line. `quantity` is that of the headings of
+    values.
     """
 
     grid: Grid
@@ -46,6 +51,7 @@ class Long:
     columns: Mapping[Role, Sequence[int]]
     units: Mapping[Role, str] = field(default_factory=dict)
     left_out: Mapping[int, str] = field(default_factory=dict)
+    quantity: Quantity | None = None
 
     def place(self, role: Role, row: int) -> Place:
         """Returns the place of a value's text."""
@@ -98,7 +104,24 @@ def long_of(grid: Grid, header: Header, mapping: TableMapping) -> Long:
         each = [_unit(name, header, unit_row) for name in columns.characteristics]
         texts |= {Role.UNIT: each * (len(long) // len(each))} if any(each) else {}
     units = {role: unit for role, unit in units.items() if role in LENGTHS or role is Role.TOLERANCE}
-    return Long(grid=grid, lines=long.lines, texts=texts, columns=long.columns, units=units, left_out=left_out)
+    quantity = _quantity(body) if not columns.characteristics else None
+    return Long(grid, long.lines, texts, long.columns, units, left_out=left_out, quantity=quantity)
+
+
+def _quantity(body: _Body) -> Quantity | None:
+    """The quantity that headings of values name. Raises MSR-MEANING for several, as `Ø Ist` and `Radius Abw`."""
+    header = body.header
+    places = [header.names.index(name) for role, name in body.named.items() if role in OF_VALUES]
+    named = {quantity: header.names[k] for k in places if (quantity := header.quantities[k]) is not None}
+    if len(named) > 1:
+        first, other = list(named.values())[:2]
+        command = map_command(body.grid.path, f"--column ignored={shell_word(other)}")
+        raise Code.MSR_MEANING.refusal(
+            f"{body.grid.path.name!r}: {first!r} and {other!r} are of {len(named)} quantities",
+            hint=f"leave one of them out: {command}",
+            place=body.grid.at(header.row),
+        )
+    return next(iter(named), None)
 
 
 def _unit(name: str, header: Header, unit_row: Row) -> str:

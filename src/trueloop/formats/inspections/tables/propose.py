@@ -13,6 +13,7 @@ from trueloop.formats.inspections.tables.header import (
     begins_as_number,
     find_header,
     header_at,
+    known,
     numbered,
     role_of,
     stated_above,
@@ -105,6 +106,7 @@ class _Table:
         if chosen.keys() >= _POINTS and Role.NOMINAL not in chosen:
             chosen.pop(Role.DEVIATION, None)  # of points, which have theirs from their own coordinates
         several = {key: tuple(names) for key, names in self.given.items() if key not in set(Role)}
+        chosen |= {} if several.keys() - {"ignored"} else self._of_quantity(chosen)
         values = self._several(chosen) if not _has_values(chosen, several) else {}
         taken = {*chosen.values(), *(name for names in (*several.values(), *values.values()) for name in names)}
         ignored = tuple(name for k, name in enumerate(self.header.names) if name not in taken and self.cells(k))
@@ -184,6 +186,19 @@ class _Table:
             why = f"column {self.header.names[column]!r} holds limits in {limits} of {len(known)} rows"
             raise self._refusal_of(why, {key: [name] for key, name in both.items() if key not in self.given})
         return Role(f"{end}_{'limit' if limits else 'tolerance'}"), 1
+
+    def _of_quantity(self, chosen: dict[str, str]) -> dict[str, str]:
+        """The column of actual values by a heading that is a quantity alone, `Diameter`, where a row is one value."""
+        header = self.header
+        bare = [
+            k for k in sorted(self.free) if header.quantities[k] and not known(header.plain[k]) and self.is_number(k)
+        ]
+        if not bare or Role.ACTUAL in chosen or not {Role.CHARACTERISTIC, Role.FEATURE} & chosen.keys():
+            return {}
+        if len(bare) > 1:
+            names = [header.names[k] for k in bare]
+            raise self._refusal(f"{len(bare)} columns may be the actual: {_listed(names)}", "actual", names[0])
+        return {"actual": header.names[bare[0]]}
 
     def _several(self, chosen: dict[str, str]) -> dict[str, tuple[str, ...]]:
         """Columns of numbers without a meaning of their own: of parts, of repeats, or of characteristics."""

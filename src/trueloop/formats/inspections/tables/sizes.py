@@ -206,7 +206,9 @@ def _whole(
 
 
 def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[str]) -> tuple[list[Quantity], int]:
-    """Returns each value's quantity, by its own column, symbol, name or unit; and the number of unknown ones."""
+    """Returns each value's quantity, by its own column, symbol, name, unit or heading; and the number of unknown
+    ones.
+    """
     count = len(long)
     stated = long.texts.get(Role.QUANTITY, [""] * count)
     font = is_font(frozenset(stated))
@@ -227,7 +229,7 @@ def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[
         if row in angles:
             found = Quantity.ANGLE
         unknown += found is None and bool(text)
-        out.append(found or Quantity.OTHER)
+        out.append(found or (None if text else long.quantity) or Quantity.OTHER)
     return out, unknown
 
 
