@@ -229,17 +229,29 @@ def test_one_record_and_one_mark_name_both(tmp_path: Path) -> None:
 def test_components_of_a_second_part_are_what_its_program_moves(tmp_path: Path) -> None:
     """The first part's correction is in force and 3 µm are left: by hand COMP_PROC is the first one's less 3 µm.
 
-    On the cylinder the program's X words are by both components off those given, within the chords' 0.2 µm.
+    On the cylinder the program's X words are by both components off those given, within the chords' 0.2 µm. No offset
+    can carry the machine's error: none is to be entered, and a second part that is stated to be cut by one is refused.
     """
     job = write_job(tmp_path, "G7", "cmm", "compensated")
+    (tmp_path / "finish.ngc").write_text((tmp_path / "finish.ngc").read_text().replace("T1 M6", "T1 M6\nG43"))
     run("compensate", job, "-o", tmp_path / "o1", "--no-store")
     left = [f"{k},{name},{x},{z},3.0" for k, (name, (x, z)) in enumerate(zip(TOUCHES.feature, TOUCHES.at, strict=True))]
     (tmp_path / "touches.csv").write_text("\n".join(["point,feature,nominal_x_mm,nominal_z_mm,error_um", *left, ""]))
     text = job.read_text().replace('finish = "finish.ngc"', 'finish = "finish.ngc"\ncut_with = "o1/record.json"')
     # The cut that was measured ran at the temperatures that its program was written for
     job.write_text(text.replace(f"semifinish = {{ T1 = {SEMIFINISH_C} }}", f"semifinish = {{ T1 = {CUTTING_C} }}"))
+    text = job.read_text().replace('"compensated"', '"uncompensated"')
+    job.write_text(text)
     said = run("compensate", job, "-o", tmp_path / "o2", "--no-store")
-    assert "COMP_MTG of the machine comes on top of these" in said
+    assert (
+        "COMP_MTG of the machine comes on top of these" in said and "the measured surface was cut compensated" in said
+    )
+    assert "(not to be entered: " in said and "G10" not in said
+    offset = json.loads((tmp_path / "o2" / "report.json").read_text())["tool_offset"]
+    assert offset["tool"] == 1 and not offset["blocks"]
+    asked = text.replace('"o1/record.json"', '"o2/record.json"\ncut_by = "wear"')
+    job.write_text(asked)
+    assert "CMP-CUT-WITH" in run("compensate", job, "-o", tmp_path / "o3", "--no-store", status=3)
     first, second = (json.loads((tmp_path / name / "report.json").read_text())["components"] for name in ("o1", "o2"))
     for before, now in zip(first, second, strict=True):
         assert now["comp_proc_um"] == pytest.approx(before["comp_proc_um"] - 3.0, abs=0.2)

@@ -109,6 +109,8 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
     given_up = _given_up_mm(inputs, matched, decision, surface.touches)
     prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight, given_up)
     by_tool = _by_tool(inputs, matched, model, decision, paths, programs.wear, tools)
+    if by_tool is None:
+        programs = replace(programs, wear=replace(programs.wear, blocks=()))
     composed, of_machine = None, None
     if machine is not None:
         before_mm = _in_program_mm(inputs, matched, surface.touches)

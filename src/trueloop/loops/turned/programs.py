@@ -151,7 +151,7 @@ def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: 
     change_mm = inputs.in_force.cut_with.still_to_do(decision.whole_offset_mm)
     wear, notes = _wear(writing, decision, change_mm, inputs.options, inputs.held)
     if inputs.machine is not None:
-        offsets, more = None, _of_machine(inputs.machine, inputs.touches)
+        offsets, more = None, _of_machine(inputs.machine, inputs.touches, compensated=inputs.in_force.composed)
     elif inputs.no_offset and writing.program.dialect.contour_shift == "UPD":
         offsets, more = None, []
     else:
@@ -166,11 +166,12 @@ def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: 
     return Programs(source, offsets[0] if offsets else None, wear, changed, notes)
 
 
-def _of_machine(cut: PartOnMachine, measured: ErrorVectors) -> list[str]:
-    """Returns notes on a composed correction."""
+def _of_machine(cut: PartOnMachine, measured: ErrorVectors, *, compensated: bool) -> list[str]:
+    """Returns notes on a composed correction. `compensated`: the program that cut the part carried COMP_MTG."""
     probed = cut.touched_on == "machine"
     where = wording("corrected by COMP_MTG(T_probing)") if probed else wording("taken as they are: by a CMM")
-    how = wording("uncompensated") if cut.semifinish_cut == "uncompensated" else wording("compensated")
+    carried = cut.semifinish_cut == "uncompensated" and not compensated
+    how = wording("uncompensated") if carried else wording("compensated")
     touches = [wording("The touches were {where}.", where=where)] if measured.by_probe.any() else []
     readings = [wording("Readings and points of inspection files are taken as they are: measured off the machine.")]
     return [

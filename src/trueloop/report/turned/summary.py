@@ -83,7 +83,7 @@ def offset_words(correction: Correction, say: Texts = ENGLISH) -> str:
     worst = int(np.argmax(np.abs(left_um)))
     if correction.runs_as_given:
         use = say("enter it at the control once, then run {program} as it is", program=correction.name_to_run)
-    elif correction.by_tool is None and (correction.joint_name or not correction.wear.tool):
+    elif correction.by_tool is None:
         use = say("not to be entered: the decisions say why")
     elif correction.joint_name:
         use = say("not with {program}, which moves this edge's contour instead", program=correction.name_to_run)
