@@ -510,7 +510,8 @@ def test_an_edge_that_is_broken_and_not_drawn_goes_with_what_is_beside_it(tmp_pa
         ({"-105": 44.120}, "'seat-44 diameter z -105' 44.1200 mm, an error of +60.0 µm"),
         ({"-85": 43.920}, "'seat-44 diameter z -85' 43.9200 mm, an error of -40.0 µm"),
         ({"-95": 44.120}, "'seat-44 diameter z -95' 44.1200 mm, an error of +60.0 µm"),
-        ({"-85": 44.080}, ""),  # a taper of 30 µm on the radius
+        ({"-85": 44.080}, ""),  # a taper of 30 µm on the radius: of one line in twenty, which a note names
+        ({"-105": 44.065}, ""),  # of 22 µm
         ({"-105": 43.960, "-85": 43.960}, ""),  # a bow of 30 µm
         ({"-100": 44.120, "-90": 44.120}, ""),  # no slip of one reading
     ],
@@ -527,7 +528,9 @@ def test_a_digit_typed_wrong_beside_another_reading_of_the_cylinder_is_named(
         rows.append("seat-44,-95,44.020\n")
     job = shaft_with(tmp_path, HEADER + "".join(rows) + ALL_TOO_LARGE.partition("-85,44.020\n")[2])
     if not named:
-        run("compensate", job, "--no-store")
+        said = run("compensate", job, "--no-store")
+        taper = "'seat-44 diameter z -85' 44.0800 mm stands 30.0 µm along the normal from 'seat-44 diameter z -105'"
+        assert (taper in said) == (list(diameters) == ["-85"])
         return
     said = run("compensate", job, "--no-store", status=3)
     assert "CMP-SCATTER" in said and f"{named}, stands apart from 'seat-44 diameter z" in said
@@ -537,6 +540,15 @@ def test_a_digit_typed_wrong_beside_another_reading_of_the_cylinder_is_named(
     text = job.read_text(encoding="utf-8")
     job.write_text(text.replace("[compensation]\n", "[compensation]\nmax_scatter_um = 36\n"), encoding="utf-8")
     assert "stands apart" not in run("compensate", job, "--no-store")
+
+
+def test_a_reading_typed_wrong_between_touches_is_named(tmp_path: Path) -> None:
+    """Touches of +15 and +14 µm, and 44.129 read between them, an error of 64.5 µm: its line is named, no touch."""
+    touches = "point,feature,nominal_x_mm,nominal_z_mm,error_um\na,seat-44,22,-105,15\nb,seat-44,22,-85,14\n"
+    job = shaft_with(tmp_path, f"{HEADER}seat-44,-95,44.129\nseat-36,-60,36.030\n", 'touches = "t.csv"\n')
+    (tmp_path / "t.csv").write_text(touches)
+    said = run("compensate", job, "--no-store", status=3)
+    assert "'seat-44 diameter z -95' 44.1290 mm, an error of +64.5 µm, stands apart from 'a'" in said
 
 
 @pytest.mark.parametrize("begin", ["X18. Z0.", "X16. Z1."])

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.domain.option import allowed_by, check_scatter
+from trueloop.domain.inspection import Reading
+from trueloop.domain.option import Limits, allowed_by, check_scatter
 from trueloop.domain.record import MARKED
 from trueloop.errors import Code, Place, in_file
+from trueloop.geometry.profile import Profile
 from trueloop.loops.batch import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
@@ -53,7 +55,7 @@ from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.turned.options import By
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
 from trueloop.turned.program.wear_numbers import WearOffset
-from trueloop.turned.readings.of_this_part import check_neighbours
+from trueloop.turned.readings.of_this_part import check_neighbours, neighbour_words
 from trueloop.turned.readings.vectors import z_zero
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign
@@ -162,6 +164,7 @@ def _corrected(inputs: Inputs, unchecked: list[str], sources: bool) -> Correctio
         notes=(
             *cumulative_words(inputs, matched, decision, shifts),
             *(suspect.words for suspect in model.suspects),
+            *neighbour_words(*_beside_others(inputs, own)),
             *(() if memory is None else memory.words(inputs.profile)),
             *inputs.notes,
             *([inputs.no_offset] if inputs.no_offset else []),
@@ -276,9 +279,8 @@ def _error_model(
     # A vague reading beside better ones counts by its weight; all of them vague are refused.
     read_sigma_mm = np.delete(own.touch_sigma_mm(own.vectors), z_zero(own.vectors))
     scatter_mm = min(own.scatter_mm, float(np.min(read_sigma_mm, initial=np.inf)))
+    check_neighbours(*_beside_others(inputs, own))
     check_scatter(scatter_mm, options.limits, own.farthest_words)
-    readings = [reading for inspection in inputs.inspections for reading in inspection.readings]
-    check_neighbours(inputs.profile, process.chosen(np.flatnonzero(own.weight)), readings, options.limits)
     finished: tuple[ErrorVectors, ...] = ()
     if inputs.measured_finished:
         remembered, memory, finished = next_finished(inputs, matched, own)
@@ -286,6 +288,12 @@ def _error_model(
         remembered, memory = remembering(inputs, own)
     model = own if remembered is None else fit_profile(inputs.profile, process, options, inputs.nose, remembered)
     return own, model, memory, finished
+
+
+def _beside_others(inputs: Inputs, own: ProfileErrorModel) -> tuple[Profile, ErrorVectors, Sequence[Reading], Limits]:
+    """Returns what readings are compared in with those beside them: the errors with weight, and what was read."""
+    readings = [reading for inspection in inputs.inspections for reading in inspection.readings]
+    return inputs.profile, own.vectors.chosen(np.flatnonzero(own.weight)), readings, inputs.options.limits
 
 
 def _earlier(inputs: Inputs, model: ProfileErrorModel, memory: FromMemory) -> tuple[Sequence[MadePart], MadePart]:

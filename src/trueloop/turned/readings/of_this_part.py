@@ -25,6 +25,7 @@ from trueloop.turned.readings.matches import Axis, MatchedReading, Matches
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import CREDIBLE_ERROR_MM
 from trueloop.units import MM_PER_INCH, UM_PER_MM
+from trueloop.wording import wording
 
 OF_PART: Final = 0.5
 """An inspection of which less is matched is of another part."""
@@ -40,6 +41,8 @@ BLUNDERS: Final[tuple[tuple[float, str], ...]] = (
 
 LARGEST: Final = 1.96
 """Standard deviations of a size's logarithm: a prior leaves 2.5 % of sizes above."""
+UNUSUAL: Final = 1.5
+"""Those by which errors of two places of one line are as far apart on 5 to 6 % of lines, by the priors."""
 REPEATS_TO: Final = 4.0
 """Standard uncertainties of the difference of two readings, by which they may be further apart."""
 
@@ -268,35 +271,60 @@ def check_neighbours(profile: Profile, vectors: ErrorVectors, readings: Sequence
 
     `readings` are those that the errors are from. Several such readings in a row are a step, which no slip explains.
     """
-    by_gauge = vectors.by_gauge
+    for pair in _slips(profile, vectors, limits, LARGEST):
+        raise _stands_apart(vectors, pair, readings, limits)
+
+
+def neighbour_words(
+    profile: Profile, vectors: ErrorVectors, readings: Sequence[Reading], limits: Limits
+) -> tuple[str, ...]:
+    """Returns a note for each line of which a reading stands further apart than is usual: it may be typed wrong."""
+    return tuple(
+        wording(
+            "{reading} stands {apart} µm along the normal from {beside}, on the same line: form and taper of one line "
+            "in twenty are as large. It becomes a taper or a bow of the correction; read both again if a digit may be "
+            "typed wrong.",
+            reading=_said(vectors, slip, readings),
+            beside=_said(vectors, beside, readings),
+            apart=f"{abs(float(vectors.error_mm[slip] - vectors.error_mm[beside])) * UM_PER_MM:.1f}",
+        )
+        for slip, beside in _slips(profile, vectors, limits, UNUSUAL)
+    )
+
+
+def _slips(profile: Profile, vectors: ErrorVectors, limits: Limits, largest: float) -> Iterator[tuple[int, int]]:
+    """Yields the reading of a line that alone stands apart, by sizes of `largest` standard deviations, and the one
+    beside it, a reading or a touch.
+    """
     for index in range(len(profile.features)):
         rows = vectors.of_feature(index)
-        rows = rows[by_gauge[rows]]
-        if not isinstance(profile.features[index], Line) or not len(apart := _apart(vectors, rows, limits)):
+        if not isinstance(profile.features[index], Line) or not (apart := _apart(vectors, rows, limits, largest)):
             continue
-        alone = [k for k in rows if not len(_apart(vectors, rows[rows != k], limits))]
+        alone = [k for k in rows if vectors.by_gauge[k] and not _apart(vectors, rows[rows != k], limits, largest)]
         if not alone:
             continue
-        others = np.setdiff1d(np.flatnonzero(by_gauge & (np.abs(vectors.outward_normal[:, 1]) < FACES_Z)), alone)
+        others = np.setdiff1d(np.flatnonzero(np.abs(vectors.outward_normal[:, 1]) < FACES_Z), alone)
         expected = float(np.median(vectors.error_mm[others if len(others) else alone]))
         slip = max(alone, key=lambda k: abs(float(vectors.error_mm[k]) - expected))
-        beside = next(a + b - slip for a, b in apart if slip in (a, b))
-        raise _stands_apart(vectors, (slip, beside), readings, limits)
+        yield slip, next(a + b - slip for a, b in apart if slip in (a, b))
 
 
-def _apart(vectors: ErrorVectors, rows: NDArray[np.intp], limits: Limits) -> list[tuple[int, int]]:
-    """Returns the neighbours among rows of a feature, in its order, that are further apart than a line's errors are."""
+def _apart(vectors: ErrorVectors, rows: NDArray[np.intp], limits: Limits, largest: float) -> list[tuple[int, int]]:
+    """Returns the neighbours among rows of a feature, in its order, of which one at least is a reading, that are
+    further apart than a line's errors are.
+    """
     pairs = zip(rows[:-1].tolist(), rows[1:].tolist(), strict=True)
-    return [(a, b) for a, b in pairs if _scatter_mm(vectors, a, b) > _form_mm(vectors, a, b, limits)]
+    read = [(a, b) for a, b in pairs if vectors.by_gauge[a] or vectors.by_gauge[b]]
+    return [(a, b) for a, b in read if _scatter_mm(vectors, a, b) > _form_mm(vectors, a, b, limits, largest)]
 
 
 def _scatter_mm(vectors: ErrorVectors, a: int, b: int) -> float:
     return abs(float(vectors.error_mm[a] - vectors.error_mm[b])) / math.sqrt(2.0)
 
 
-def _form_mm(vectors: ErrorVectors, a: int, b: int, limits: Limits) -> float:
+def _form_mm(vectors: ErrorVectors, a: int, b: int, limits: Limits, largest: float) -> float:
     """Returns the largest standard deviation of two errors of one line; what else is accepted has the limit's."""
-    form, taper = (PRIORS[name].median * math.exp(LARGEST * PRIORS[name].log_sd) for name in ("along", "taper"))
+    form, taper = (PRIORS[name].median * math.exp(largest * PRIORS[name].log_sd) for name in ("along", "taper"))
     over_mm = abs(float(vectors.arc_length_mm[a] - vectors.arc_length_mm[b]))
     u_mm = math.hypot(*vectors.standard_u_mm[[a, b]])
     return max(math.hypot(form, taper * over_mm, REPEATS_TO * u_mm) / math.sqrt(2.0), limits.scatter_mm)
@@ -305,19 +333,21 @@ def _form_mm(vectors: ErrorVectors, a: int, b: int, limits: Limits) -> float:
 def _stands_apart(
     vectors: ErrorVectors, pair: tuple[int, int], readings: Sequence[Reading], limits: Limits
 ) -> TrueloopError:
-    read = {reading.characteristic: reading for reading in readings}
-    slip, beside = (read.get(vectors.point[k]) for k in pair)
-    said = [
-        f"{vectors.point[k]!r}{f' {reading.actual:.4f} mm' if reading else ''}, an error of "
-        f"{vectors.error_mm[k] * UM_PER_MM:+.1f} µm"
-        for k, reading in zip(pair, (slip, beside), strict=True)
-    ]
-    scatter_mm, form_mm = _scatter_mm(vectors, *pair), _form_mm(vectors, *pair, limits)
+    said = [f"{_said(vectors, k, readings)}, an error of {vectors.error_mm[k] * UM_PER_MM:+.1f} µm" for k in pair]
+    slip = next((reading for reading in readings if reading.characteristic == vectors.point[pair[0]]), None)
+    own_file = bool(np.all(vectors.by_gauge))  # beside touches the file is theirs
+    scatter_mm, form_mm = _scatter_mm(vectors, *pair), _form_mm(vectors, *pair, limits, LARGEST)
     return Code.CMP_SCATTER.refusal(
         f"{said[0]}, stands apart from {said[1]}, on the same line: they scatter by {scatter_mm * UM_PER_MM:.1f} µm "
         f"along the normal (one standard deviation), and its form and taper make at most {form_mm * UM_PER_MM:.1f} µm",
         hint="read both again: is a digit typed wrong?",
         override=f"{allowed_by('scatter_mm')}, for a part that is tapered or bent so much",
-        place=Place(line=slip.line if slip else None),
+        place=Place(line=slip.line if slip and own_file else None),
         values={"scatter_um": scatter_mm * UM_PER_MM, "limit_um": form_mm * UM_PER_MM},
     )
+
+
+def _said(vectors: ErrorVectors, k: int, readings: Sequence[Reading]) -> str:
+    """A reading by its name and value, a touch by its name."""
+    value = next((f" {one.actual:.4f} mm" for one in readings if one.characteristic == vectors.point[k]), "")
+    return f"{vectors.point[k]!r}{value}"
