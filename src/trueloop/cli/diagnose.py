@@ -9,7 +9,7 @@ import typer
 
 from trueloop.cli.options import AcceptRefused, Supersede, kept_as_dict, print_findings
 from trueloop.cli.shared_options import Db, ModelOption, Page, argument, option, positive
-from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines
+from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, finding_lines, print_files, print_json, print_lines
 
 if TYPE_CHECKING:
     from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
@@ -77,23 +77,19 @@ def print_diagnosis(
     if as_json:
         print_json({**shape.model_dump(mode="json"), "files": files})
         return
-    print_lines([*lines])
-    print_lines(
-        [f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}" for finding in findings]
-    )
-    for file in files:
-        typer.echo(f"written: {file}", err=True)
+    print_lines([*lines, *finding_lines(findings)])
+    print_files(files)
 
 
 def _written(
     shares: "Sequence[Share]", name: str, page_of: "Callable[[Share, Texts], str]", folder: Path | None, page: Page
 ) -> list[list[str]]:
     """The files of each diagnosis; of a part that several edges cut with the edge in their names."""
-    from trueloop.jobs.diagnose.shaped import write_diagnosis
+    from trueloop.report.shape import write_page
 
     names = [name if len(shares) == 1 else f"{name}-{_file_name(share.part_type)}" for share in shares]
     return [
-        write_diagnosis(shape, called, page_of, folder, page.language, page.unit)
+        write_page(shape, called, page_of, folder, page.language, page.unit)
         for shape, called in zip(shares, names, strict=True)
     ]
 
@@ -135,17 +131,18 @@ def fixture(
 
     Spread, drift and step of repeats. Exit status 1 if not.
     """
-    from trueloop.jobs.diagnose.shaped import fixture_of_file, fixture_of_part, limits_of, write_diagnosis
+    from trueloop.jobs.diagnose.shaped import fixture_of_file, fixture_of_part, limits_of
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import fixture_lines
     from trueloop.report.diagnosis.page_part import fixture_page
+    from trueloop.report.shape import write_page
 
     repeats = limits_of(repeats_to_um, limit_um)
     if of_what.lower().endswith((".csv", ".txt")):
         found = fixture_of_file(Path(of_what), repeats)
     else:
         found = fixture_of_part(opened(db), of_what, of.asked(None), repeats)
-    files = write_diagnosis(found, "fixture", fixture_page, output, page.language, page.unit)
+    files = write_page(found, "fixture", fixture_page, output, page.language, page.unit)
     print_diagnosis(found, fixture_lines(found), found.findings, files, as_json=as_json)
     if not all(fixturing.stable for fixturing in found.fixturings):
         raise typer.Exit(ExitStatus.FINDINGS)
@@ -166,14 +163,14 @@ def machine(
     As sets, with what would divide each set.
     """
     from trueloop.jobs.diagnose.shaped import machine as diagnosed_machine
-    from trueloop.jobs.diagnose.shaped import write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import machine_lines
     from trueloop.report.diagnosis.page_machine import machine_page
+    from trueloop.report.shape import write_page
 
     with busy("diagnosing"):
         found = diagnosed_machine(opened(db), model, part_type or (), elements_of(element), accept or ())
-        files = write_diagnosis(found, "machine", machine_page, output, page.language, page.unit)
+        files = write_page(found, "machine", machine_page, output, page.language, page.unit)
     print_diagnosis(found, machine_lines(found), found.findings, files, as_json=as_json)
 
 

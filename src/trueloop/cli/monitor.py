@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trueloop.cli.shared_options import Db, Page, argument, option, positive
-from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines, print_table
+from trueloop.cli.terminal import (
+    AsJson,
+    ExitStatus,
+    Group,
+    busy,
+    finding_lines,
+    print_files,
+    print_json,
+    print_lines,
+    print_table,
+)
 
 if TYPE_CHECKING:
     pass
@@ -45,8 +55,7 @@ def certify(
         print_lines([f"{shown.part_type} {shown.serial}: {shown.outcome}, {of_all}"])
         print_table(HEAD, certificate_rows(shown))
         print_lines(in_force_lines(shown))
-    for file in files:
-        typer.echo(f"written: {file}", err=True)
+    print_files(files)
     if shown.outcome != "conforms":
         raise typer.Exit(ExitStatus.FINDINGS)
 
@@ -89,10 +98,12 @@ def chart(
 
     Alarms with their likely causes, capability with intervals.
     """
-    from trueloop.jobs.monitor.charts import charts_of, write_charts
+    from trueloop.jobs.monitor.charts import charts_of
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.monitor.chart import ChartOptions
+    from trueloop.report.monitor.chart_page import chart_page
     from trueloop.report.monitor.chart_values import alarm_lines, chart_head, chart_rows
+    from trueloop.report.shape import write_page
 
     numbers = range(1, 9) if rules == "all" else [int(one) if one.strip().isdigit() else 0 for one in rules.split(",")]
     if not all(1 <= number <= 8 for number in numbers):
@@ -100,7 +111,7 @@ def chart(
     options = ChartOptions(tuple(sorted(set(numbers))), _baseline(baseline, each_setting), each_setting, what.value)
     with busy("charting the series"):
         shown = charts_of(opened(db), part_type, characteristic or (), options)
-        files = write_charts(shown, output, page.language, page.unit)
+        files = write_page(shown, "monitor", chart_page, output, page.language, page.unit)
     if as_json:
         print_json({**shown.model_dump(mode="json"), "files": files})
         return
@@ -109,11 +120,8 @@ def chart(
     print_table(chart_head(shown), chart_rows(shown))
     for shape in shown.characteristics:
         print_lines(alarm_lines(shape, shown))
-    print_lines(
-        f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}" for finding in shown.findings
-    )
-    for file in files:
-        typer.echo(f"written: {file}", err=True)
+    print_lines(finding_lines(shown.findings))
+    print_files(files)
 
 
 def _baseline(text: str, anew: bool) -> int | tuple[str, str]:
@@ -143,19 +151,19 @@ def gauge(
 
     Bias, repeatability and drift. Exit status 1 on an alarm.
     """
-    from trueloop.jobs.monitor.charts import gauges_of, write_gauges
+    from trueloop.jobs.monitor.charts import gauges_of
     from trueloop.jobs.store.opened import opened
-    from trueloop.report.monitor.gauge import HEAD, gauge_rows, remark_lines
+    from trueloop.report.monitor.gauge import HEAD, gauge_page, gauge_rows, remark_lines
+    from trueloop.report.shape import write_page
 
     shown = gauges_of(opened(db), name)
-    files = write_gauges(shown, output, page.language, page.unit)
+    files = write_page(shown, "gauges", gauge_page, output, page.language, page.unit)
     if as_json:
         print_json({**shown.model_dump(mode="json"), "files": files})
     else:
         print_table(HEAD, gauge_rows(shown))
         print_lines(line for shape in shown.gauges for line in remark_lines(shape))
-    for file in files:
-        typer.echo(f"written: {file}", err=True)
+    print_files(files)
     if any(shape.alarm for shape in shown.gauges):
         raise typer.Exit(ExitStatus.FINDINGS)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 import typer
 
 from trueloop.cli.shared_options import Control, Db, Page, argument, option, positive
-from trueloop.cli.terminal import AsJson, Group, busy, print_json, print_lines, print_table
+from trueloop.cli.terminal import AsJson, Group, busy, finding_lines, print_files, print_json, print_lines, print_table
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
@@ -264,7 +264,7 @@ def status(which: Which, page: Page, output: Output = None, db: Db = None, as_js
 
     Also parts, last error, the level's band and weight.
     """
-    from trueloop.jobs.series import status_of, write_series
+    from trueloop.jobs.series import status_of
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.series import SeriesOptions
     from trueloop.report.series.lines import HEAD, proposal_lines, status_rows
@@ -273,7 +273,7 @@ def status(which: Which, page: Page, output: Output = None, db: Db = None, as_js
     with busy("following the series"):
         book = which.book(opened(db), options)
         shown = status_of(book, options)
-        files = write_series(shown, "series", output, page.language, page.unit)
+        files = _written(shown, "series", output, page)
     if as_json:
         print_json({**shown.model_dump(mode="json"), "files": files})
         return
@@ -289,14 +289,14 @@ def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_js
 
     In order; the effect is what each proposal would have left.
     """
-    from trueloop.jobs.series import replay_of, write_series
+    from trueloop.jobs.series import replay_of
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.series import SeriesOptions
 
     options = SeriesOptions(take_nominal=which.take_nominal)
     with busy("replaying the series"):
         shown = replay_of(which.book(opened(db), options))
-        files = write_series(shown, "replay", output, page.language, page.unit)
+        files = _written(shown, "replay", output, page)
     _print_replay(shown, f"{shown.part_type}: {shown.parts} parts", files, as_json)
 
 
@@ -317,13 +317,20 @@ def simulate(shop: Shop, page: Page, output: Output = None, as_json: AsJson = Fa
 
     What memory leaves, beside no correction and simpler rules.
     """
-    from trueloop.jobs.series import write_series
     from trueloop_lab.loops.series import simulated
 
     with busy(f"simulating {shop.parts} parts"):
         shown = simulated(**vars(shop))
-        files = write_series(shown, "simulation", output, page.language, page.unit)
+        files = _written(shown, "simulation", output, page)
     _print_replay(shown, f"{shown.parts} simulated parts", files, as_json)
+
+
+def _written(shown: "SeriesShape", name: str, folder: Path | None, page: Page) -> list[str]:
+    from trueloop.report.series.lines import series_csv
+    from trueloop.report.series.page import series_page
+    from trueloop.report.shape import write_page
+
+    return write_page(shown, name, series_page, folder, page.language, page.unit, csv=series_csv(shown))
 
 
 def _print_replay(shown: "SeriesShape", of: str, files: list[str], as_json: bool) -> None:
@@ -339,12 +346,9 @@ def _print_replay(shown: "SeriesShape", of: str, files: list[str], as_json: bool
 
 
 def _print_rest(shown: "SeriesShape", files: list[str]) -> None:
-    found = [
-        f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}" for finding in shown.findings
-    ]
+    found = finding_lines(shown.findings)
     print_lines([*([""] if found else []), *found])
-    for file in files:
-        typer.echo(f"written: {file}", err=True)
+    print_files(files)
 
 
 app = Group("Series of finished parts: inspections, proposed offsets.")

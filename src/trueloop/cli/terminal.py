@@ -33,6 +33,8 @@ from trueloop.errors import TrueloopError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from trueloop.report.series.values import FindingShape
+
 AsJson = Annotated[bool, option("Print one JSON object instead, for machines.", "--json")]
 
 
@@ -71,6 +73,17 @@ def print_lines(lines: Iterable[object]) -> None:
     """Prints lines for people on stdout, unchanged."""
     for line in lines:
         typer.echo(str(line))
+
+
+def print_files(files: Iterable[object]) -> None:
+    """Names written files on stderr."""
+    for file in files:
+        typer.echo(f"written: {file}", err=True)
+
+
+def finding_lines(findings: "Iterable[FindingShape]") -> list[str]:
+    """Findings with their hints."""
+    return [f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}" for finding in findings]
 
 
 def print_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> None:

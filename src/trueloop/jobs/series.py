@@ -9,7 +9,6 @@ from typing import Literal
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity
-from trueloop.domain.option import Language, LengthUnit
 from trueloop.domain.part import Part
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, ProposalDecision
 from trueloop.domain.record import Correction as StoredCorrection
@@ -40,10 +39,7 @@ from trueloop.loops.turned.cuts import OfSetup
 from trueloop.loops.turned.part import require_offset
 from trueloop.loops.turned.share import characteristics_in, index_in
 from trueloop.nc.match.own_contour import OwnContour
-from trueloop.report.series.lines import series_csv
-from trueloop.report.series.page import series_page
 from trueloop.report.series.values import SeriesShape, replay_shape, status_shape
-from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Kept, Store, find, keep
 from trueloop.turned.program.wear_numbers import CONTROLS, Control, WearOffset, counted, offset_program
 from trueloop.wording import shell_word
@@ -248,20 +244,6 @@ def replay_of(book: Book) -> SeriesShape:
     """Returns the series as they would have been with memory."""
     replays = [replay(series.series) for series in book.tracked]
     return replay_shape(book.part_type, replays, len(book.parts), book.findings)
-
-
-def write_series(
-    series: SeriesShape, name: str, folder: Path | None, language: Language, unit: LengthUnit
-) -> list[str]:
-    """Writes `name`.csv, .json and .html to a folder, all or none; nothing without one. Raises OUT errors."""
-    if folder is None:
-        return []
-    contents = [
-        (f"{name}.csv", series_csv(series).encode()),
-        (f"{name}.json", (series.model_dump_json(indent=1) + "\n").encode()),
-        (f"{name}.html", series_page(series, Texts(language, unit)).encode()),
-    ]
-    return [str(file) for file in write_all(folder, contents)]
 
 
 def tools_of_job(path: Path, book: Book) -> tuple[JobTool, ...]:

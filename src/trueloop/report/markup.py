@@ -19,6 +19,18 @@ def esc(text: object) -> str:
     return html.escape(str(text))
 
 
+def as_room_allows(blocks: Iterable[str], count: int, largest: int) -> tuple[str, int]:
+    """Joins the first of `count` blocks, up to `largest` bytes but one at least; also how many are left out."""
+    fitting: list[str] = []
+    size = 0
+    for block in blocks:
+        size += len(block.encode())
+        if fitting and size > largest:
+            break
+        fitting.append(block)
+    return "".join(fitting), count - len(fitting)
+
+
 TOGETHER: Final = 24
 """Rows of a table that is not broken across pages."""
 

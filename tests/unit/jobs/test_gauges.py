@@ -13,9 +13,10 @@ from tests.support.standards import FIRST, RING, STANDARD, check, checks
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.monitor.charts import charts_of, failed_checks, gauges_of, write_gauges
+from trueloop.jobs.monitor.charts import charts_of, failed_checks, gauges_of
 from trueloop.loops.monitor.chart import ChartOptions
-from trueloop.report.monitor.gauge import GaugeShape
+from trueloop.report.monitor.gauge import GaugeShape, gauge_page
+from trueloop.report.shape import write_page
 from trueloop.storage.store import Store, keep, open_store
 
 STEADY = [0.2, -0.1, 0.3, -0.2, 0.1, 0.0, -0.3, 0.2, 0.1, -0.1]
@@ -110,7 +111,7 @@ def test_parts_measured_after_a_failing_check_alarm_with_the_gauge_as_their_like
 def test_the_page_is_written_in_both_languages(tmp_path: Path) -> None:
     shown = gauges_of(store_of(STANDARD, *checks([*STEADY, 5.0])), None)
     for language, word in (("en", "Gauges and probes"), ("de", "Messmittel und Taster")):
-        _, html = write_gauges(shown, tmp_path, language, "mm")  # type: ignore[arg-type]
+        _, html = write_page(shown, "gauges", gauge_page, tmp_path, language, "mm")  # type: ignore[arg-type]
         assert word in Path(html).read_text(encoding="utf-8")
-    assert write_gauges(shown, None, "en", "mm") == []
+    assert write_page(shown, "gauges", gauge_page, None, "en", "mm") == []
     assert RING.serial in shown.model_dump_json()

@@ -3,15 +3,14 @@
 A model of a machine refined from what it left on the parts of a store, offered as a version.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Final
 
 import numpy as np
 
 from trueloop.diagnosis.features.fixturing import Instability, fixturing
-from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code, Finding, in_file
 from trueloop.formats.measurements.inspections_csv import read_repeats
 from trueloop.formats.outputs import write_all
@@ -40,7 +39,7 @@ from trueloop.report.diagnosis.machine_shapes import (
 from trueloop.report.diagnosis.page_machine import machine_page
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, FixturingShape, JudgedShape
 from trueloop.report.series.values import findings_shape
-from trueloop.report.shape import Shape, um
+from trueloop.report.shape import um
 from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store
 from trueloop.units import UM_PER_MM
@@ -113,22 +112,6 @@ def machine(
     given = given_model(model)
     done, findings = machine_of(store, given, part_types, element, accept)
     return machine_shape(given, done, findings)
-
-
-T = TypeVar("T", bound=Shape)
-
-
-def write_diagnosis(
-    diagnosis: T, name: str, page: Callable[[T, Texts], str], folder: Path | None, language: Language, unit: LengthUnit
-) -> list[str]:
-    """Writes `name`.json and `name`.html to a folder, both or none; nothing without one. Raises OUT errors."""
-    if folder is None:
-        return []
-    contents = [
-        (f"{name}.json", (diagnosis.model_dump_json(indent=1) + "\n").encode()),
-        (f"{name}.html", page(diagnosis, Texts(language, unit)).encode()),
-    ]
-    return [str(file) for file in write_all(folder, contents)]
 
 
 def machine_shape(

@@ -13,7 +13,6 @@ from trueloop.domain.part import Part, WholePart, joined_shares
 from trueloop.domain.proposal import ModelDecision, PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.record import Correction, ProgramText
 from trueloop.errors import Code
-from trueloop.formats.outputs import write_all
 from trueloop.jobs.monitor.drawing import drawing_of
 from trueloop.jobs.user import user_name
 from trueloop.loops.monitor.certificate import Certificate, InForce, PartInspection, RequiredSize, asked_of, certified
@@ -21,7 +20,7 @@ from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.in_force import cut_with
 from trueloop.loops.turned.taken_off import program_that_ran
 from trueloop.report.monitor.certificate import CertificateShape, certificate_page, certificate_shape
-from trueloop.report.texts.texts import Texts
+from trueloop.report.shape import write_page
 from trueloop.storage.store import Store, find
 from trueloop.turned.program.wear_numbers import known_to
 from trueloop.units import UM_PER_MM
@@ -230,8 +229,4 @@ def _time(at: datetime) -> str:
 def write_certificate(shown: CertificateShape, folder: Path, language: Language, unit: LengthUnit) -> list[str]:
     """Writes certificate-SERIAL.json and .html to a folder, both or none. Raises OUT errors."""
     name = "certificate-" + "".join(one if one.isalnum() or one in "-_." else "_" for one in shown.serial)
-    contents = [
-        (f"{name}.json", (shown.model_dump_json(indent=1) + "\n").encode()),
-        (f"{name}.html", certificate_page(shown, Texts(language, unit)).encode()),
-    ]
-    return [str(file) for file in write_all(folder, contents)]
+    return write_page(shown, name, certificate_page, folder, language, unit)

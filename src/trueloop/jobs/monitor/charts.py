@@ -3,17 +3,14 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from pathlib import Path
 from statistics import fmean
 from typing import Any
 
 from trueloop.domain.inspection import BothInspections, Inspection, StandardPart
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind, Stage, time_of
-from trueloop.domain.option import Language, LengthUnit
 from trueloop.domain.record import Correction
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.book import Book, only_type, read_book
-from trueloop.formats.outputs import write_all
 from trueloop.loops.monitor.chart import ChartOptions, MonitoredSeries, chart_of
 from trueloop.loops.monitor.gauge import GaugeSeries, gauges
 from trueloop.loops.monitor.known import PartFacts
@@ -21,10 +18,8 @@ from trueloop.loops.post_process.series import MadePart, Series, SeriesOptions
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.in_force import cut_with
 from trueloop.loops.turned.taken_off import program_that_ran, taken_off_sizes_mm
-from trueloop.report.monitor.chart_page import chart_page
 from trueloop.report.monitor.chart_values import ChartsShape, charts_shape
-from trueloop.report.monitor.gauge import GaugesShape, gauge_page, gauges_shape
-from trueloop.report.texts.texts import Texts
+from trueloop.report.monitor.gauge import GaugesShape, gauges_shape
 from trueloop.storage.store import Store, find
 
 ANEW = (EdgeEventKind.MOUNTED, EdgeEventKind.TURNED, EdgeEventKind.SET)
@@ -195,17 +190,6 @@ def _as_note(refused: TrueloopError) -> Finding:
     return Finding(Severity.NOTE, refused.code, refused.message, refused.hint, values=refused.values)
 
 
-def write_charts(shown: ChartsShape, folder: Path | None, language: Language, unit: LengthUnit) -> list[str]:
-    """Writes monitor.json and monitor.html to a folder, both or none; nothing without one. Raises OUT errors."""
-    if folder is None:
-        return []
-    contents = [
-        ("monitor.json", (shown.model_dump_json(indent=1) + "\n").encode()),
-        ("monitor.html", chart_page(shown, Texts(language, unit)).encode()),
-    ]
-    return [str(file) for file in write_all(folder, contents)]
-
-
 def gauges_of(store: Store, device: str | None) -> GaugesShape:
     """Returns the checks of a device, or of all. Raises MON-NONE where there is none."""
     return gauges_shape(_checked(store, device))
@@ -233,14 +217,3 @@ def failed_checks(store: Store) -> Mapping[str, tuple[tuple[datetime, str], ...]
                 own = said.setdefault(series.device, {})
                 own[check.at] = own.get(check.at) or series.failing(k)
     return {device: tuple(sorted(own.items())) for device, own in said.items()}
-
-
-def write_gauges(shown: GaugesShape, folder: Path | None, language: Language, unit: LengthUnit) -> list[str]:
-    """Writes gauges.json and gauges.html to a folder, both or none; nothing without one. Raises OUT errors."""
-    if folder is None:
-        return []
-    contents = [
-        ("gauges.json", (shown.model_dump_json(indent=1) + "\n").encode()),
-        ("gauges.html", gauge_page(shown, Texts(language, unit)).encode()),
-    ]
-    return [str(file) for file in write_all(folder, contents)]

@@ -28,7 +28,7 @@ from trueloop.report.diagnosis.shapes import (
     PointShape,
     SeriesDiagnosisShape,
 )
-from trueloop.report.markup import esc, figure_block, html_page, on_screen, section, table
+from trueloop.report.markup import as_room_allows, esc, figure_block, html_page, on_screen, section, table
 from trueloop.report.texts.texts import ENGLISH, Texts
 
 LARGEST: Final = 300_000
@@ -126,15 +126,11 @@ def _points(part: PartDiagnosisShape, first: Sequence[str], say: Texts) -> str:
 def _diagrams(points: Sequence[PointShape], first: Sequence[str], say: Texts) -> tuple[str, int]:
     """Named points first, then those of the largest error, as far as the page has room."""
     order = sorted(points, key=lambda shape: (shape.name not in first, -abs(shape.error_pp_um)))
-    done: list[str] = []
-    size = 0
-    for k, shape in enumerate(order):
-        block = figure_block(f"point-{k + 1}", surface_figures(shape, say), f"<b>{esc(shape.name)}</b>")
-        size += len(block.encode())
-        if done and size > LARGEST:
-            break
-        done.append(block)
-    return "".join(done), len(points) - len(done)
+    blocks = (
+        figure_block(f"point-{k}", surface_figures(shape, say), f"<b>{esc(shape.name)}</b>")
+        for k, shape in enumerate(order, 1)
+    )
+    return as_room_allows(blocks, len(points), LARGEST)
 
 
 def points_table(points: Sequence[PointShape], say: Texts) -> str:
@@ -358,17 +354,11 @@ def _scatter(means: FeatureMeansShape, say: Texts) -> str:
 
 def _figures(series: SeriesDiagnosisShape, say: Texts) -> tuple[str, int]:
     """Figures of the errors, those furthest from none first, as far as the page has room; and how many it has not."""
-    done: list[str] = []
-    size = 0
-    for k, shape in enumerate(sorted(series.means, key=_surprise, reverse=True)):
-        block = figure_block(
-            f"error-{k + 1}", series_figure(series.parts, shape, say), _caption(series, shape, say), True
-        )
-        size += len(block.encode())
-        if done and size > LARGEST:
-            break
-        done.append(block)
-    return "".join(done), len(series.means) - len(done)
+    blocks = (
+        figure_block(f"error-{k}", series_figure(series.parts, shape, say), _caption(series, shape, say), small=True)
+        for k, shape in enumerate(sorted(series.means, key=_surprise, reverse=True), 1)
+    )
+    return as_room_allows(blocks, len(series.means), LARGEST)
 
 
 def _surprise(means: FeatureMeansShape) -> float:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from trueloop.report import style
-from trueloop.report.markup import esc, figure_block, html_page, items, on_screen, section, table
+from trueloop.report.markup import as_room_allows, esc, figure_block, html_page, items, on_screen, section, table
 from trueloop.report.monitor.chart_values import (
     NAMED,
     CapabilityShape,
@@ -273,15 +273,11 @@ def _index(capability: CapabilityShape | None, name: str, say: Texts) -> str:
 
 def _figures(shown: ChartsShape, say: Texts) -> tuple[str, int]:
     """Figures of all characteristics as far as the page has room, and how many it has none for."""
-    done: list[str] = []
-    size = 0
-    for k, shape in enumerate(shown.characteristics):
-        block = figure_block(f"chart-{k + 1}", chart_figure(shape, shown, say), _caption(shape, say), small=True)
-        size += len(block.encode())
-        if done and size > LARGEST:
-            break
-        done.append(block)
-    return "".join(done), len(shown.characteristics) - len(done)
+    blocks = (
+        figure_block(f"chart-{k}", chart_figure(shape, shown, say), _caption(shape, say), small=True)
+        for k, shape in enumerate(shown.characteristics, 1)
+    )
+    return as_room_allows(blocks, len(shown.characteristics), LARGEST)
 
 
 def _caption(chart: CharacteristicChartShape, say: Texts) -> str:

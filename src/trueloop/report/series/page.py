@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
-from trueloop.report.markup import esc, figure_block, html_page, items, on_screen, section, table
+from trueloop.report.markup import as_room_allows, esc, figure_block, html_page, items, on_screen, section, table
 from trueloop.report.series.figure import SHOWN, series_figure
 from trueloop.report.series.values import CharacteristicSeriesShape, PartShape, SeriesShape
 from trueloop.report.texts.texts import ENGLISH, Texts
@@ -164,15 +164,11 @@ def _held(parts: Sequence[PartShape]) -> str:
 
 def _figures(series: SeriesShape, say: Texts) -> tuple[str, int]:
     """Figures of all characteristics as far as the page has room, and how many it has none for."""
-    done: list[str] = []
-    size = 0
-    for k, shape in enumerate(series.characteristics):
-        block = figure_block(f"series-{k + 1}", series_figure(shape, say), _caption(shape, say), small=True)
-        size += len(block.encode())
-        if done and size > LARGEST:
-            break
-        done.append(block)
-    return "".join(done), len(series.characteristics) - len(done)
+    blocks = (
+        figure_block(f"series-{k}", series_figure(shape, say), _caption(shape, say), small=True)
+        for k, shape in enumerate(series.characteristics, 1)
+    )
+    return as_room_allows(blocks, len(series.characteristics), LARGEST)
 
 
 def _caption(series: CharacteristicSeriesShape, say: Texts) -> str:
