@@ -45,10 +45,7 @@ class Code(StrEnum):
         override: str | None = None,
         values: Values | None = None,
     ) -> "TrueloopError":
-        """Returns the error of this code: to be raised, as `raise Code.GEO_NAME.refusal(…)`.
-
-        The value `file` of a code that has one is the name of the file in `place`, unless it is given.
-        """
+        """Returns the error of this code, to be raised. Its value `file` is that of `place`, unless it is given."""
         if "file" in self.values and place is not None and place.file is not None:
             named: Values = {"file": Path(place.file).name, **(values or {})}
         else:

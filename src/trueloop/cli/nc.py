@@ -74,9 +74,7 @@ def check_program(file: ProgramFile, reading: Reading, tables: Tables, as_json: 
 
 
 _SCALE_OF_CHECK: Final = 1.001
-"""A field of 1 µm/mm that differs everywhere, keeps lines, circles and their planes, and moves no axis that stays at 0:
-what it is refused for depends on the program alone.
-"""
+"""A field of 1 µm/mm that keeps lines, circles and their planes: it is refused for what is in the program alone."""
 
 
 def _obstacles_to_any_field(file: Path, reading: Reading, dialect: str) -> "list[TrueloopError]":

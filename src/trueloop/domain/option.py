@@ -73,10 +73,7 @@ class Choice:
 
 
 def choices_of(options: Any) -> dict[str, Choice]:
-    """Returns by field the options of a dataclass: of its type, or of an instance that holds other defaults.
-
-    The default of an option that has to be given is `...`.
-    """
+    """Returns a dataclass's options by field, of its type or an instance's defaults; `...`: has to be given."""
     found = {}
     kind = options if isinstance(options, type) else type(options)
     for name, hint in get_type_hints(kind, include_extras=True).items():

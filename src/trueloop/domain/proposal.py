@@ -33,10 +33,7 @@ class TableRow:
 
 @dataclass(frozen=True)
 class HeldTool:
-    """The finishing tool as a control knows it: its name and edge, and its row of the tool table that is in force.
-
-    `edge` 0: not stated; that of the finish pass counts, which a record holds.
-    """
+    """The finishing tool as the control knows it: name, edge, row of its table. `edge` 0: that of the finish pass."""
 
     name: str = ""
     edge: int = 1

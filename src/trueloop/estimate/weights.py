@@ -118,10 +118,7 @@ class _Blocks:
 
 @dataclass(frozen=True, eq=False)
 class Weighted:
-    """`factor`: the lower Cholesky factor (n, n) of the values' covariance with weights and scales in it.
-
-    `scales` are those of the coefficients with heavy tails, in their order.
-    """
+    """`factor`: lower Cholesky factor (n, n) of the weighted values' covariance; `scales`: of heavy-tailed terms."""
 
     factor: Array
     scales: Array

@@ -66,10 +66,7 @@ class PlanOrder(Request, needs=Role.ENGINEER):
 
 @dataclass(frozen=True)
 class NextBlock(Request, needs=Role.CELL):
-    """A cell asks what its machine is to do: answered with an `Offer` or None.
-
-    `as_sent` gives a program's text as it is sent, with the lines by which it witnesses the run of this key.
-    """
+    """A cell asks what its machine is to do: an `Offer` or None. `as_sent` gives a program's text with its witness."""
 
     machine: str
     as_sent: Callable[[bytes, str], bytes] = _unchanged

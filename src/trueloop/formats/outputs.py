@@ -19,10 +19,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
 
 Named: TypeAlias = tuple[str, bytes | Callable[[], bytes] | None]
-"""A file's name and what it shall hold, or what makes that when its turn has come: not all need be held at once.
-
-None: there shall be no such file, and one from an earlier run is taken away.
-"""
+"""A file's name and content, or what makes it in its turn. None: there shall be no such file."""
 
 
 def write_all(folder: FilePath, contents: Iterable[Named], inputs: Iterable[Path] = ()) -> list[Path]:

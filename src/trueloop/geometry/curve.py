@@ -175,9 +175,7 @@ class Curve:
         return np.asarray(s - np.clip(s, 0.0, self.length_mm))
 
     def _feet(self, points: Array) -> Array:
-        """Returns the arc length of the nearest place of the curve itself, by Newton's steps on (q − p(s))·t(s) = 0
-        between the neighbours of the nearest sample.
-        """
+        """Returns the arc length of the nearest place, by Newton's steps on (q − p(s))·t(s) = 0."""
         places, nearest = self.sampled_mm[0], self._tree.query(points)[1]
         low, high = places[np.maximum(nearest - 1, 0)], places[np.minimum(nearest + 1, len(places) - 1)]
         s = places[nearest]

@@ -47,8 +47,7 @@ class Side(StrEnum):
 
 
 LOWEST_CONTACT_RAD: Final = {Side.OUTSIDE: -0.75 * math.pi, Side.INSIDE: -1.25 * math.pi, Side.AROUND: -0.75 * math.pi}
-"""Contact angles of a profile's first feature are counted from here: no tool cuts an outside at −135°, which looks
-towards the axis and the chuck, nor a bore at +135°."""
+"""Contact angles of the first feature count from here: nothing is cut at −135° outside, at +135° in a bore."""
 
 
 @dataclass(frozen=True)
@@ -117,9 +116,7 @@ class Profile:
         return 0.5 * (min(ends) + max(ends))
 
     def in_groups(self, feature_index: Integers, arc_length_mm: ArrayLike) -> tuple[Integers, Array]:
-        """Returns places (n,) by group, one being features that meet tangentially in a row: its first feature,
-        and the share of the group's length that lies before the place.
-        """
+        """Returns places (n,) by group of tangent features: its first feature, and the share of its length before."""
         first, before = [0], [0.0]
         for i, junction in enumerate(self.junctions):
             tangent = junction.kind is JunctionKind.TANGENT

@@ -339,9 +339,7 @@ def _patch(surface: Surface) -> NurbsPatch:
 
 @dataclass(frozen=True, eq=False)
 class GridFit:
-    """A fitted surface on [0, 1] × [0, 1], the parameters of the grid's rows and columns, and the distance of the
-    farthest grid point from its place on the surface.
-    """
+    """A surface on [0, 1]², the parameters of the grid's rows and columns, and the largest distance of a grid point."""
 
     surface: Surface
     u: Array

@@ -36,10 +36,7 @@ Key: TypeAlias = tuple[int, int, str, int]
 
 
 def differing_rows(name: str, first: bytes, second: bytes, unit: Unit | None) -> list[Difference]:
-    """Returns the rows whose numbers differ, or that one table alone has; comments and spelling do not count.
-
-    Raises OFS errors for anything that is not a tool table.
-    """
+    """Returns the rows whose numbers differ, or that one table alone has. Raises OFS errors for no tool table."""
     one, other = (tool_table_of(Path(name), content, unit) for content in (first, second))
     if one.unit != other.unit:
         return [Difference(None, f"unit {one.unit}", None, f"unit {other.unit}")]

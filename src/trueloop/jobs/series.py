@@ -205,10 +205,7 @@ def _again(serials: dict[str, Inspection], inspection: Inspection) -> Iterator[F
 
 
 def _cut_with(store: Store, part_type: str, adding: Adding, inspections: Sequence[Inspection]) -> list[PartCutWith]:
-    """Returns the proposals in force for each part, if any was accepted before: stated, or all accepted before it.
-
-    Raises SER-PROPOSAL for a proposal that was not accepted.
-    """
+    """Returns the proposals in force by part, stated or all accepted before it. Raises SER-PROPOSAL: not accepted."""
     proposals = {stored.value.id for stored in find(store, Proposal, part_type=part_type)}
     decided = [stored.value for stored in find(store, ProposalDecision) if stored.value.proposal in proposals]
     accepted = [decision for decision in decided if decision.verdict == "accepted"]

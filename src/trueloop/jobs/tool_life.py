@@ -90,10 +90,7 @@ OPTIONS: Final = MemoryOptions()
 
 
 def tool_memory(store: Store, row: int, say: Texts = ENGLISH) -> ToolMemory:
-    """Returns an edge's errors over the contact angle, by the number of its row, and what a next part would need.
-
-    Raises FAC-UNKNOWN, and what the store's records refuse.
-    """
+    """Returns an edge's errors by contact angle, and what a next part needs. Raises FAC-UNKNOWN, and the records'."""
     tool = next((tool_row for tool_row in tool_rows(store) if tool_row.id == row), None)
     edge: Edge | None = next((stored.value for stored in find(store, Edge) if stored.row == row), None)
     if tool is None or edge is None:

@@ -80,9 +80,7 @@ def edge_of(
 
 
 def apart(edge: Edge, groove_corner: str | None) -> Edge:
-    """Names an edge, where a job states no corner, by its corner of a groove insert: the two corners are two edges,
-    whose forms must not be taken for each other's.
-    """
+    """Names an edge without a stated corner by its corner of a groove insert: the two differ in form."""
     return edge if edge.corner or groove_corner is None else replace(edge, corner=groove_corner)
 
 

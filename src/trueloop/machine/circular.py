@@ -341,9 +341,7 @@ SPIKE_STEPS: Final = np.array([0.5, 1.0, 2.0, 4.0, 8.0])
 
 
 def _best_frequency(travel: Array, radial: Array, frequency: Array, columns: Array, values: Array) -> float:
-    """Returns the frequency, per mm, whose sine and cosine explain most of what the basis `columns` leaves: the 2 × 2
-    normal equations of all frequencies at once.
-    """
+    """Returns the frequency, per mm, of most explanation beyond the basis `columns`, by 2 × 2 normal equations."""
     phase = 2 * np.pi * travel[:, None] * frequency
     rest = values - columns @ (columns.T @ values)
     sine, cosine = (

@@ -318,10 +318,7 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
 
 @dataclass(frozen=True)
 class _Zero:
-    """The statements that place the program in the machine, as far as they were read, and whether G68 is in force.
-
-    `set` are changes of work offsets by G10, which last.
-    """
+    """The statements read that place the program in the machine, and G68; `set`: work offsets by G10, which last."""
 
     offset: str = "G54"
     set: tuple[str, ...] = ()

@@ -306,10 +306,7 @@ GAIN: Final = 0.1
 
 @dataclass(frozen=True)
 class PlaneTable:
-    """The correction −E at the nodes of a grid, (nx, ny, 2) mm, linear between them.
-
-    `deviation_mm` is the largest distance from the pattern in the middle of a cell.
-    """
+    """The correction −E at a grid's nodes, (nx, ny, 2) mm, linear between; `deviation_mm`: largest off, mid-cell."""
 
     x_mm: Array
     y_mm: Array
@@ -330,10 +327,7 @@ class LeftOut:
 
 
 def left_out(plates: Sequence[Plate], names: Sequence[str], pattern: PatternField) -> Iterator[LeftOut]:
-    """Judges each plate by the pattern of the others, one after the other; none of one alone.
-
-    Their parameters are sought from those of the `pattern` of all.
-    """
+    """Judges each plate by the pattern of the others, sought from the `pattern` of all; none of one alone."""
     for k, (plate, name) in enumerate(zip(plates, names, strict=True)):
         others = [other for j, other in enumerate(plates) if j != k]
         if others:

@@ -143,9 +143,7 @@ class Expected:
     arc_length_mm: Array | None = None
 
     def rows(self, feature: int) -> Integers:
-        """Returns which of the places lie on a feature of the profile, by index, in order of arc length; none where the
-        prediction is by contact angle alone.
-        """
+        """Returns which places lie on a feature, by arc length; none where the prediction is by contact angle alone."""
         return np.flatnonzero(np.array([]) if self.feature_index is None else self.feature_index == feature)
 
     def along(self, values_mm: Array, feature: int, arc_length_mm: ArrayLike) -> Array:

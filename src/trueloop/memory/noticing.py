@@ -36,9 +36,7 @@ class What(StrEnum):
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A touch that all others contradict: its place in the order given, its name, and by how many standard
-    deviations it differs from the prediction by the others, positive = more material.
-    """
+    """A touch that all others contradict: its place, name, deviations from their prediction, positive = material."""
 
     index: int
     point: str
@@ -196,9 +194,7 @@ def level_and_shape(white: White, contact_angle_rad: Array) -> tuple[Array, floa
 
 @dataclass(frozen=True)
 class Gain:
-    """Share of a correction that arrived, its standard uncertainty, and probabilities: `by_chance` that of such a share
-    if all arrived, `rest` that of what it leaves unexplained.
-    """
+    """The share of a correction that arrived, its u; probabilities `by_chance` if all did, `rest` of what it leaves."""
 
     share: float
     u: float

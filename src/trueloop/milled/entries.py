@@ -87,10 +87,7 @@ def target(size: ObservedSize) -> float:
 
 
 def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], step_mm: float = 1e-3) -> Proposal:
-    """Returns the numbers to enter before the next part, in steps that a control takes: `step_mm`, 0.001° of a turn.
-
-    `possible` are those that the control can be given.
-    """
+    """Returns the numbers to enter before the next part, in the control's steps; `possible`: those it can be given."""
     catalogue, shown = milled_catalogue(), _together(parts)
     contradictory = [part.contradictory() for part in parts]
     parts = [

@@ -77,10 +77,7 @@ class Frame:
 
 
 def seen(features: Features, frame: Frame, reading: Reading) -> ObservedSize | None:
-    """Returns what a reading shows; None where no feature of the job has that size or coordinate.
-
-    Raises MIL-NOMINAL where the file's nominal value is not the job's.
-    """
+    """Returns what a reading shows; None: no such size or coordinate. Raises MIL-NOMINAL: not the job's nominal."""
     feature, other = features.get(reading.feature), features.get(reading.other)
     if feature is None or (reading.other and other is None):
         return None

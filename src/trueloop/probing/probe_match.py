@@ -283,10 +283,7 @@ class Trials:
 
 
 def repeated(plan: ProbePlan, back_to_first: ProbePlan, trials: int) -> ProbePlan:
-    """Returns a plan that makes the tour of a plan several times.
-
-    `back_to_first` is the plan of the last point and then the first: its second touch has the way between them.
-    """
+    """Returns a plan that makes the tour several times; `back_to_first`: the way from the last point to the first."""
     again = replace(plan.touches[0], way_mm=back_to_first.touches[-1].way_mm)
     return replace(plan, touches=plan.touches + (trials - 1) * (again, *plan.touches[1:]))
 

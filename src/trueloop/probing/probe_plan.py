@@ -21,10 +21,7 @@ MARGIN_MM: Final = 2.54
 
 @dataclass(frozen=True)
 class Spacing:
-    """The number of points on a feature and their margins from its ends, in mm of arc length.
-
-    A single point lies in the middle, or at `at_mm` from the feature's start.
-    """
+    """The points on a feature and margins at its ends, mm of arc; a single one in the middle, or at `at_mm`."""
 
     count: int
     start_margin_mm: float = MARGIN_MM
@@ -106,10 +103,7 @@ OVERLAP_MM: Final = 0.005
 
 @dataclass(frozen=True)
 class SecondTouch:
-    """After a touch the ball backs off along the normal by `back_off_mm` from where it touched and touches again.
-
-    The second touch, at `feed_mm_per_min`, alone is recorded.
-    """
+    """After a touch the ball backs off by `back_off_mm` and touches again, `feed_mm_per_min`; that alone counts."""
 
     back_off_mm: float
     feed_mm_per_min: float

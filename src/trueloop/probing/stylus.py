@@ -53,10 +53,7 @@ class Obstacle:
 
 
 def stock_obstacle(profile: Profile, allowance_mm: float = 0.0, bar_radius_mm: float | None = None) -> Obstacle:
-    """Returns the turned part with an allowance on it, and behind its chuck end a bar (or chuck) of that radius.
-
-    Without `bar_radius_mm` the bar is as thick as the profile where that begins.
-    """
+    """Returns the turned part with an allowance, and behind it a bar of that radius, else of the profile's first."""
     features, corners, sides = _surface(profile, allowance_mm)
     (x_start, z_start), end = features[0].start_mm, features[-1].end_mm
     bar_mm = x_start if bar_radius_mm is None else bar_radius_mm

@@ -205,10 +205,7 @@ class LagState:
 
 
 def advanced(state: LagState | None, lag: Lag, rules: LagRules, time_s: float, reading: float) -> LagState:
-    """Returns the lag one reading later, the sensor having run straight since the last one. None: there was none.
-
-    A reading that is not later than the last one changes nothing.
-    """
+    """Returns the lag one reading later, the sensor straight between; None: none. Earlier readings change nothing."""
     given = reading**lag.power
     stated = 0 <= time_s - rules.equilibrium_s <= rules.gap_s(lag)
     if state is None or (stated and state.time_s < rules.equilibrium_s):

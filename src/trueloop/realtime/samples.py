@@ -202,10 +202,7 @@ MOST: Final = 1200
 @by_content
 @dataclass(frozen=True)
 class Envelope:
-    """`low` and `high` (columns, stretches) of `names`; a stretch begins at its number times `step_s`.
-
-    Where nothing was recorded, or what is not a number, both are NaN.
-    """
+    """`low` and `high` (columns, stretches) of `names`; a stretch begins at its number times `step_s`; NaN: none."""
 
     names: tuple[str, ...]
     step_s: float

@@ -96,10 +96,7 @@ class DiffLine:
 
 
 def program_diff(source: bytes, corrected: bytes, say: Texts = ENGLISH) -> str:
-    """Writes the changed lines with one line around them; the changed stretch of a replaced line is marked (HTML).
-
-    Of more than `SHOWN` lines the rest is counted.
-    """
+    """Writes changed lines with one around them, their stretches marked (HTML); beyond `SHOWN` lines a count."""
     hunks = diff(source, corrected)
     if not hunks:
         return f"<p>{say('No line differs from the source program.')}</p>"

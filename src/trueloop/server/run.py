@@ -106,10 +106,7 @@ END_S: Final = 5
 
 @dataclass(frozen=True)
 class Listening:
-    """Where. Without a certificate only this machine may reach it.
-
-    `proxies`: addresses of those who take TLS off before it, and whose word for the client's address is taken.
-    """
+    """Where; without a certificate this machine alone. `proxies`: addresses of TLS ends that are believed."""
 
     host: str = "127.0.0.1"
     port: int = 8080

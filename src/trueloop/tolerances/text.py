@@ -155,10 +155,7 @@ LETTERS: Final = (*BELOW_ZERO_UM, "js", "j", *ABOVE_ZERO_UM)
 
 
 def deviations_mm(tolerance_class: str, nominal_mm: float) -> tuple[float, float]:
-    """Lower and upper deviation from the nominal of a class such as `h6` or `JS7`.
-
-    Raises TOL-FIT for a class that the standard does not have, TOL-SIZE where it has none of it at this size.
-    """
+    """Deviations of a class such as `h6` or `JS7`. Raises TOL-FIT (no such class), TOL-SIZE (none at this size)."""
     found = CLASS.fullmatch(tolerance_class.strip())
     if found is None or found[1].lower() not in LETTERS or found[2] not in GRADES:
         raise Code.TOL_FIT.refusal(

@@ -78,10 +78,7 @@ class Connection:
         return not_reached(self.where, f"{name} answered {answer}: {ANSWERS.get(answer, 'an unknown code')}")
 
     def moved(self, name: str, room: ctypes.c_int64, data: Any) -> int:
-        """Bytes that a call of a transfer carried: `room` is how many there are, then how many were.
-
-        Waits while the control's buffer is full or empty, up to `timeout_s` without a byte.
-        """
+        """Bytes that a transfer's call carried: `room` before and after. Waits up to `timeout_s` without a byte."""
         until, there = time.monotonic() + self.timeout_s, room.value
         while True:
             room.value = there

@@ -48,10 +48,7 @@ class Ftp:
         return "" if self.tls else f"{self.host}: plain FTP, anybody on this network can read programs and password"
 
     def listed(self) -> list[ListedProgram]:
-        """Lists the names in the folder, with sizes where the server gives them.
-
-        A program whose exchange was cut off between two renames is given its name back.
-        """
+        """Lists names and sizes in the folder; a program whose exchange was cut off gets its name back."""
         with self._session() as ftp:
             return [
                 ListedProgram(name, _size(ftp, name))

@@ -32,10 +32,7 @@ _SKIPPED: Final[Mapping[WireCode, bytes]] = {
 
 
 def encoded(text: bytes, code: WireCode, line_end: bytes = b"\r\n") -> bytes:
-    """Encodes a program of ASCII text for the line. Raises LNK-CODE for a character that the code does not have.
-
-    EIA's end of block is one character, whatever `line_end` is.
-    """
+    """Encodes an ASCII program for the line. Raises LNK-CODE for a character that the code does not have."""
     line, column = 1, 0
     out = bytearray()
     for character in text.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n"):

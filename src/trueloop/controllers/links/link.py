@@ -25,11 +25,7 @@ class ListedProgram:
 
 @dataclass(frozen=True)
 class Busy:
-    """The programs that a control is using: programs in execution, and programs that it has read and would cut as it
-    read them.
-
-    Names as the control says them, with their folders or without.
-    """
+    """Programs that a control executes, or has read and would cut so; names with their folders or without."""
 
     runs: tuple[str, ...] = ()
     loaded: tuple[str, ...] = ()

@@ -157,10 +157,7 @@ class ItemObservation:
 def read(
     url: str, until: Callable[[], bool], say: Say, stop: threading.Event | None = None
 ) -> Iterator[ItemObservation]:
-    """Yields what is current, then what comes, until `until` returns true: it is called after every answer.
-
-    Raises MTC-AGENT where the agent does not answer, or not as one.
-    """
+    """Yields what is current, then what comes, until `until`, called after each answer, is true. Raises MTC-AGENT."""
     if not is_address(url):
         raise _agent_refused(url, "not the address of an agent, such as http://10.0.0.7:5000/lathe")
     stop, url = stop or threading.Event(), url.rstrip("/")

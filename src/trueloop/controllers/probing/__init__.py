@@ -33,10 +33,7 @@ ONE_TOUCH: Mapping[str, str] = MappingProxyType(
 
 
 def probing_program(plan: ProbePlan, control: str, settings: Settings) -> str:
-    """Writes the program that touches the plan's points.
-
-    Raises PRB-LOG for a control that is not known, PRB-SECOND for a second touch where there can be none, PRB-AXIS.
-    """
+    """Writes the program that touches the plan's points. Raises PRB-LOG, PRB-SECOND (no second touch), PRB-AXIS."""
     if control not in WRITERS:
         raise Code.PRB_LOG.refusal(
             f"no probing for a control named {control!r}", hint=f"choose one of: {', '.join(WRITERS)}"

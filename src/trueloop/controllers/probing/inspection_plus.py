@@ -46,9 +46,7 @@ class ProbeProgram:
 
 
 def inspection_plus_program(name: str, features: Sequence[MilledFeature], probe: MacroProbe) -> ProbeProgram:
-    """Returns the program that measures the features in their order. Raises MIL-PROBE where the height is too low,
-    where they are of several work offsets, or where nothing can be measured.
-    """
+    """Returns the program that measures the features in order. Raises MIL-PROBE: too low, several offsets, none."""
     offsets = sorted({feature.work_offset for feature in features})
     if len(offsets) > 1:
         raise _refusal(f"features are of {len(offsets)} work offsets, {', '.join(offsets)}", "write a job for each")

@@ -11,11 +11,7 @@ from trueloop.errors import Finding
 
 
 class SeenBy(StrEnum):
-    """The device that measured an error.
-
-    The machine's probe sees what the process did, corrected by the model of the machine; a measuring machine or a gauge
-    sees what the machine did too.
-    """
+    """The device of an error: the machine's probe sees the process alone, a measuring machine all of it."""
 
     MACHINE = "machine"
     CMM = "CMM"

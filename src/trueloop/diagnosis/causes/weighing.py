@@ -107,10 +107,7 @@ def of_one_size(name: str) -> Sizes:
 
 
 def columns(terms: tuple[Term, ...], places: Places, unit: bool = False) -> Array:
-    """Returns the errors by one standard deviation of each at places, (n, m); `unit`: the coefficients alone.
-
-    A coefficient that does nothing at any of the places is left out.
-    """
+    """Returns the errors by one standard deviation of each at places, (n, m), without columns of zeros."""
     found = [np.zeros((len(places), 0))]
     for term in terms:
         values = term.basis(places)

@@ -103,10 +103,7 @@ EXACT_MM: Final = 1e-9
 @by_content
 @dataclass(frozen=True)
 class Averaged:
-    """m different points of one feature, arrays as in SeenPoints; `readings` were averaged.
-
-    `degrees_of_freedom` are those of `standard_u_mm`; None: as stated by the device.
-    """
+    """m points of one feature, as in SeenPoints, means of `readings`; `degrees_of_freedom` of their u, None: stated."""
 
     nominal_mm: Array
     normal: Array

@@ -44,10 +44,7 @@ class SetUps:
 
 
 def set_ups(part: Integers, normal: Array, place_mm: Array | None = None) -> SetUps:
-    """A column a part and direction in which it may be moved.
-
-    With places (n, 3) the part's frame may be turned as well; turns have the size 1 at the points' mean distance.
-    """
+    """A column a part and way to move it; with places (n, 3) to turn it too, by 1 at the points' mean distance."""
     moved = [normal]
     if place_mm is not None:
         arms = place_mm - place_mm.mean(axis=0)

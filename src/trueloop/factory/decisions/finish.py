@@ -28,10 +28,7 @@ class MachineFacts:
 
 @dataclass(frozen=True)
 class CorrectionFacts:
-    """The correction behind a finish cut: the parts that its inspections are of, and the programs it leads between.
-
-    `probe_run` is the gauging run whose touches it was made from.
-    """
+    """The correction of a finish cut: its parts and programs; `probe_run`: the gauging run whose touches it is by."""
 
     id: str
     parts: tuple[Identity, ...]

@@ -133,10 +133,7 @@ def _unknown(number: str) -> TrueloopError:
 
 
 def states_of(reader: StoreReader) -> Sequence[tuple[Proposal, str, ProposalDecision | None]]:
-    """Returns every proposal with open, accepted, rejected or superseded, oldest first.
-
-    Superseded is what nobody decided before another proposal came for one of the same series.
-    """
+    """Returns every proposal as open, accepted, rejected or, where a later one came first, superseded; oldest first."""
     decisions = {one.proposal: one for one in reader.values(ProposalDecision)}
     proposals: list[Proposal] = reader.values(Proposal)
     later: set[tuple[str, ...]] = set()

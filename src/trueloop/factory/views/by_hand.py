@@ -127,10 +127,7 @@ class ProgramToRun:
 
 @dataclass(frozen=True)
 class FeatureExpected:
-    """A feature before and after: worst errors and expanded uncertainty (95 %), µm; None of what was not measured.
-
-    `cut_by` is the tool of a part that several cut, and its set-up.
-    """
+    """A feature before and after: worst errors and U (95 %), µm; None: not measured. `cut_by`: its tool and set-up."""
 
     feature: str
     touches: int

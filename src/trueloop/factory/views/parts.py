@@ -28,10 +28,7 @@ class TemperatureView:
 
 @dataclass(frozen=True)
 class MachineView:
-    """One machine: what it does, its links, the model in force, its last calibrations, temperatures and transfers.
-
-    `part_id` is the part that it cuts; None: none that an order made.
-    """
+    """A machine: what it does, links, model, latest calibrations, temperatures, transfers; `part_id`: what it cuts."""
 
     now: MachineNow
     part_id: int | None

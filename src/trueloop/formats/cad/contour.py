@@ -90,9 +90,7 @@ def crossing(contours: Sequence[Contour], within_mm: float = WITHIN_MM) -> Point
 
 
 def _chains(pieces: Sequence[Piece], within_mm: float) -> Iterator[list[Piece]]:
-    """Pieces put head to tail, those first that nothing leads to; where several lead on, by the sharpest turn to the
-    right, which keeps to the same material.
-    """
+    """Pieces head to tail, first those nothing leads to; of several the sharpest right turn: on the same material."""
     starts = np.array([piece.feature.start_mm for piece in pieces])
     ends = np.array([piece.feature.end_mm for piece in pieces])
     near = KDTree(ends).sparse_distance_matrix(KDTree(starts), 2 * within_mm, output_type="ndarray")

@@ -167,9 +167,7 @@ class _Cells:
         return np.asarray(2 * np.bincount(cell, inside, self.count) > np.bincount(cell, minlength=self.count))
 
     def bore(self, full: Mask) -> Mask:
-        """Returns by cell whether it is air: it lies on the axis, is not hatched, meets the outside at end faces alone,
-        and is open there, itself or by way of others.
-        """
+        """Returns by cell whether it is a bore: on the axis, not hatched, and open at end faces, if through others."""
         on_axis, mouth = self._any(self.axis), self._any(self.outer & self.at_end)
         inner = ~full & on_axis & ~self._any(self.outer & ~self.at_end)
         both = self.cell_of[self.flat], self.cell_of[self.flat ^ 1]

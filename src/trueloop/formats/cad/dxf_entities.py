@@ -39,10 +39,7 @@ ONE_MM: Final = 1e-3
 
 @dataclass(frozen=True)
 class CentreLine:
-    """A horizontal or vertical line of the sheet, in mm: at a height y, or at an x, from the lower to the higher end.
-
-    `source`: by which rule it was found, in words.
-    """
+    """A horizontal or vertical line of the sheet, mm, from lower to higher end; `source`: the rule that found it."""
 
     vertical: bool
     at_mm: float
@@ -148,10 +145,7 @@ def _meet(a: CentreLine, b: CentreLine) -> bool:
 
 
 def unfolded(entities: Iterable[DrawnEntity]) -> list[DrawnEntity]:
-    """Returns the entities, those of blocks in place of the block, on its layer where theirs is 0.
-
-    Raises TooDenseError: ten blocks within ten within ten… are a small file.
-    """
+    """Returns the entities with blocks replaced by theirs. Raises TooDenseError: ten within ten within ten."""
     found = list(islice(_unfolded(entities, 0), MOST_ENTITIES + 1))
     if len(found) > MOST_ENTITIES:
         raise TooDenseError(f"more than {MOST_ENTITIES} entities, those of blocks included")

@@ -133,9 +133,7 @@ def chosen_views(views: Sequence[View], within: float) -> tuple[list[View], list
 
 
 def same_shape(a: Candidate, b: Candidate, within: float) -> bool:
-    """Returns whether two contours differ by nothing but where along z they are drawn, and how far in their end faces
-    reach: those of a section end at its bore.
-    """
+    """Returns whether two contours differ in nothing but their place along z and the reach of their end faces."""
     if a.side is not b.side or len(a.features) != len(b.features):
         return False
     by, last = b.features[0].start_mm[1] - a.features[0].start_mm[1], len(a.features) - 1

@@ -41,10 +41,7 @@ class CadFace:
 
     @cached_property
     def surface(self) -> Surface:
-        """Returns the face's surface as an exact B-spline patch over the face's extent; normals out of the material.
-
-        Raises SRF-CAD where the kernel cannot make one of it.
-        """
+        """Returns the face's surface as an exact B-spline patch, normals out of the material. Raises SRF-CAD."""
         return _surface_of(self)
 
     @property
@@ -225,9 +222,7 @@ def _extent(occ: Any, face: Any, whole: Any) -> tuple[float, ...]:
 
 
 def _within(low: float, high: float, first: float, last: float, periodic: bool) -> tuple[float, float]:
-    """An interval of a parameter that runs from first to last. Of a full turn the kernel demands that it is one to the
-    last bit, which the places of edges are not.
-    """
+    """An interval of a parameter from first to last; of a full turn exactly one, as the kernel demands."""
     if not periodic:
         return max(low, first), min(high, last)
     if high - low < (last - first) * (1 - FULL_TURN):

@@ -23,10 +23,7 @@ HAS_AXIS: Final = ("CylindricalSurface", "ConicalSurface", "ToroidalSurface", "S
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """A line: its point nearest to the file's origin, and the direction in which z grows.
-
-    `share` of the turned area is turned about it, `rival` about the next one.
-    """
+    """A line: its point nearest to the origin, its direction; `share` of the turned area about it, `rival` the next."""
 
     origin: Array
     direction: Array

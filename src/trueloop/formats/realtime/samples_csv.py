@@ -246,9 +246,7 @@ class SignalLog:
     last_s: float = -np.inf
 
     def recorded(self, now_s: float) -> History | None:
-        """Returns the readings recorded before; None where they cannot be continued: no log, one of other signals, one
-        from the future, one that cannot be read.
-        """
+        """Returns the readings recorded before; None: no log of these signals that can be continued."""
         with suppress(OSError, TrueloopError):
             with self.path.open("rb") as file:
                 head = file.readline().strip()

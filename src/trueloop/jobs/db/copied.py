@@ -81,10 +81,7 @@ def is_export(beginning: bytes) -> bool:
 
 
 def read_export(path: Path, codec: Codec) -> Iterator[Line]:
-    """Yields the values of an export, in its order, read one by one.
-
-    Raises STO-EXPORT with the line where the file is not whole, STO-SCHEMA for that of a later version, VAL-FORM.
-    """
+    """Yields an export's values in order. Raises STO-EXPORT with the line, STO-SCHEMA (a later version), VAL-FORM."""
     count, number, ended = 0, 0, False
     with path.open("rb") as file:
         for number, line in enumerate(file, 1):
@@ -193,10 +190,7 @@ def keep_lines(store: Store, lines: Iterable[Line], progress: Progress, source: 
 
 
 def back_up(store: Store, path: Path, progress: Progress) -> None:
-    """Copies the store to a SQLite file, whole or not at all, while others go on writing.
-
-    Raises STO-EXISTS where there is such a file, OUT-FOLDER where it cannot be written.
-    """
+    """Copies the store to a SQLite file, whole or not at all, during writes. Raises STO-EXISTS, OUT-FOLDER."""
     require_nothing(path)
     with _appearing(path) as part:
         if store.engine.dialect.name == "sqlite":

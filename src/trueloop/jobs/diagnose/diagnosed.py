@@ -49,9 +49,7 @@ def _profile(job: Path, part_type: str) -> Profile:
 
 
 def _places(records: Records, job: Path | None) -> Mapping[str, FeaturePlace]:
-    """Returns the features of the job's profile, without a job of that of the last correction, without either those
-    that values imply, by their nominal values.
-    """
+    """Returns the features of the job's profile, of the last correction's, or those that values imply."""
     seen = [kept.value for kept in records.inspections if records.seen_by(kept.value) is not None]
     made = (correction.payload for correction in reversed(tuple(records.corrections.values())))
     corrected = next((one.profile for one in made if isinstance(one, turned.Correction)), None)

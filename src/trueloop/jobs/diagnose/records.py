@@ -154,10 +154,7 @@ def part_named(store: Store, serial: str, part_type: str | None) -> WholePart:
 
 
 def types_of(store: Store, part_type: str | None) -> tuple[str, ...]:
-    """Returns the part type of that name, or the only one; of a part that several edges cut those of its shares.
-
-    Raises DIA-NONE where the store holds none of it, or several.
-    """
+    """Returns the part type of that name, the only one, or those of its shares. Raises DIA-NONE: none, or several."""
     known = list(dict.fromkeys(_types(store)))
     if part_type in known or (part_type is None and len(known) == 1):
         return (part_type or known[0],)

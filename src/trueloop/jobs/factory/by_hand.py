@@ -387,10 +387,7 @@ def _way(of: Correction, way: Way, say: Texts) -> WayToCut:
 
 
 def made_before(store: Store, part: AskedPart, tools: Sequence[str] = ()) -> tuple[MadeBefore, ...]:
-    """Returns the corrections of a part's program that the store has, the latest first.
-
-    Those of another tool than the part's, or than `tools`, which the program calls, are left out.
-    """
+    """Returns the stored corrections of a part's program, latest first, of its tool or of `tools`, if called."""
     if not part.by_one_tool:
         return tuple(
             MadeBefore(records[0].id, records[0].made_at, _serial(records[0]), (), ", ".join(map(_edge_of, records)))
@@ -419,10 +416,7 @@ def name_before(store: Store, sha256: str) -> str:
 
 
 def tolerances_before(store: Store, sha256: str, unit: Unit) -> dict[str, str]:
-    """Returns the tolerances by which the last correction of a program, by its hash, was judged, in the program's unit.
-
-    By the name of the characteristic, as a drawing writes them.
-    """
+    """Returns the tolerances by which a program's last correction was judged, in its unit, as a drawing has them."""
     before = _before(store, sha256)
     asked = [characteristic.characteristic for characteristic in before[-1].record.characteristics] if before else []
     return {

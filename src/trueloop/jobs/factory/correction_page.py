@@ -67,10 +67,7 @@ def _unknown(number: str) -> TrueloopError:
 
 
 def certify(store: Store, part: int, language: Language, by: By, now: datetime, u_um: float | None = None) -> str:
-    """Certifies the part in this row; returns the hash of the page. Raises FAC-UNKNOWN, FAC-ROLE, and MON errors.
-
-    `u_um`: standard uncertainty of readings that state none.
-    """
+    """Certifies a part; returns the page's hash. Raises FAC-UNKNOWN, FAC-ROLE, MON. `u_um`: of readings without u."""
     found = next((stored.value for stored in find(store, Part) if stored.row == part), None)
     if found is None:
         raise unknown("part", str(part), "the store has no such row")

@@ -82,10 +82,7 @@ CODEC: Final[Codec] = STORED.with_more(
 
 @dataclass(frozen=True)
 class OfPart:
-    """Which part of which order was measured, after what; `run`: which inspection of the file, from 1, None: its one.
-
-    `measured_at` is the time of an inspection that states none.
-    """
+    """The part of an order that was measured, after what; `run` of the file's; `measured_at` if none is stated."""
 
     order: str
     part: int

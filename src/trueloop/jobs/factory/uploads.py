@@ -142,10 +142,7 @@ def inspected(handed: HandedFile) -> UploadedInspection:
 
 
 def order_read(handed: HandedFile) -> int:
-    """Reads the job of `handed.order` with all that it names, the file as its touches; returns its number of touches.
-
-    Raises JOB, NC, GEO, TCH, PRB and MSR errors, and FAC-PLAN.
-    """
+    """Reads an order's job with the file as its touches; how many. Raises JOB, NC, GEO, TCH, PRB, MSR and FAC-PLAN."""
     from trueloop.jobs.turned.job import read_job  # most files that are handed over are not touches
 
     assert handed.order is not None

@@ -169,9 +169,7 @@ def _now() -> str:
 
 
 def readings_of(paths: Sequence[Path], chain: Chain, history: Path | None) -> Observations:
-    """Joins all readings, with the log's past of each: CSV, and the instruments' files that a readings file (`.toml`)
-    names. Raises MCH errors that name the file.
-    """
+    """Joins all readings, each with the log's past: CSV, or the instruments' files of a `.toml`. Raises MCH errors."""
     past = read_history(history) if history else None
     for path in paths:
         refuse_alone(path)

@@ -111,10 +111,7 @@ def program_obstacles(
     dialect: str | None = None,
     parameters: Mapping[str, float] | None = None,
 ) -> list[TrueloopError]:
-    """Returns everything for which `map_program` would refuse the program, in the order of its lines.
-
-    Raises NC-FILE and NC-DIALECT where the program cannot be read at all.
-    """
+    """Returns all for which `map_program` would refuse a program, by line. Raises NC-FILE, NC-DIALECT: unreadable."""
     try:
         known = dialect_named(dialect or _dialect_of(source)).name
     except TrueloopError as refused:

@@ -51,10 +51,7 @@ After: TypeAlias = Literal["semifinish", "finish", "released"]
 
 @dataclass(frozen=True)
 class StatedCut:
-    """The cut that an inspection shows, as stated by a person: the stage, and data of a finish cut.
-
-    `measured_at` is the time of inspections that state none.
-    """
+    """The cut that an inspection shows, as stated: stage, data of a finish cut; `measured_at` if it states none."""
 
     after: After
     cut: CutStatement = field(default_factory=CutStatement)

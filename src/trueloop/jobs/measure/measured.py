@@ -35,10 +35,7 @@ from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
 @dataclass(frozen=True)
 class Chosen:
-    """Which of a file's inspections are meant: of one serial number, of one run (from 1); None: all.
-
-    A file of one inspection that states no serial number is of the part that is meant.
-    """
+    """Which of a file's inspections are meant: of a serial number, of a run (from 1); None: all."""
 
     serial: str | None = None
     run: int | None = None

@@ -214,10 +214,7 @@ def _no_vectors() -> ErrorVectors:
 
 
 def _places(profile: Profile, nose_radius_mm: float | None) -> tuple[CmmTouch, ...]:
-    """Returns places that a ball may touch on every feature, away from its ends where there is room.
-
-    They lie on what the nose of the one tool reaches; None: several tools cut the part.
-    """
+    """Returns places that a ball may touch on each feature, off its ends, within reach of the nose of the one tool."""
     reachable = None if nose_radius_mm is None else nose_centre_path(profile, nose_radius_mm).reachable_mm
     spacings = {}
     for k, feature in enumerate(profile.features):

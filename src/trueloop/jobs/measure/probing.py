@@ -308,9 +308,7 @@ def points_of_job(path: Path, job: Job, part: ProbedPart, margin_mm: float) -> J
 
 
 def points_at(part: ProbedPart, touches: Sequence[CmmTouch]) -> JobPoints:
-    """Returns places on features of a part as points to probe, those that are on its contour. Raises TCH-PLAN for a
-    feature that the part does not have, and where none is on the contour.
-    """
+    """Returns places on a part's contour to probe. Raises TCH-PLAN: no such feature, or none on the contour."""
     for touch in touches:
         if touch.feature not in part.whole.names:
             raise Code.TCH_PLAN.refusal(
@@ -398,10 +396,7 @@ def read_measuring(path: Path, angles_deg: Sequence[float] = (0.0,), *, diameter
 
 
 def program_of(measuring: MeasuringJob, approach: CmmApproach, source: str) -> str:
-    """Writes the DMIS program of all points, half plane by half plane, and of the diameters that the drawing requests.
-
-    Raises PRB and TCH errors for what cannot be reached.
-    """
+    """Writes the DMIS program of all points and the drawing's diameters. Raises PRB and TCH errors: out of reach."""
     profile = measuring.part.profile
     obstacle = whole_obstacle(profile, approach.allowance_mm)
     angles = list(dict.fromkeys(touch.angle_deg for touch in measuring.touches))

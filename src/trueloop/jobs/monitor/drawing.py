@@ -73,10 +73,7 @@ class DrawingSizes:
 
 
 def drawing_of(store: Store, part: Part) -> DrawingSizes | None:
-    """Returns the characteristics of the last correction of a part's type; None where none states any.
-
-    Those that a file of the correction stated are left out: the latest file states them.
-    """
+    """Returns the characteristics of a type's last correction; None: none. A file's own ones are left to the file."""
     for kept in reversed(find(store, StoredCorrection, part_type=part.part_type.name)):
         record, correction = kept.value.record, kept.value.payload
         if record.part_type is None or record.part_type.identity != part.part_type.identity:

@@ -44,10 +44,7 @@ SAME_MM: Final = 1e-6
 
 @dataclass(frozen=True)
 class Placing:
-    """The caller's position of the program, as `Placed`.
-
-    `origin_mm` (x as a radius, z) None: as the job's `[machine]` has it, `work_zero_mm` less `tool_mm`.
-    """
+    """The program's position as called for, as `Placed`; `origin_mm` None: `work_zero_mm` less `tool_mm` of the job."""
 
     origin_mm: tuple[float, float] | None = None
     tip: int = 0

@@ -388,10 +388,7 @@ OWN_PROGRAM = 1
 def check_run(
     samples: FilePath, model: FilePath, image: FilePath | None = None, *, slew_mm_per_s: float = 5.0
 ) -> RunJudgement:
-    """Judges the run against the model; with the `image` also against its table, with its tool and gate.
-
-    Raises RTC-SAMPLES for a run that cannot be judged, RTC-IMAGE, MCH-FILE.
-    """
+    """Judges a run by the model, with the `image` by its table too. Raises RTC-SAMPLES, RTC-IMAGE, MCH-FILE."""
     recorded, known = read_samples(samples), read_model(model, offered=True)
     held = read_image(image) if image is not None else None
     bank = held.bank if held else None

@@ -188,10 +188,7 @@ class ImageProgram:
         self._seen = self._identity()
 
     def __call__(self) -> str:
-        """Raises RTC-SOURCE where the image's signals are others than those that the pins carry.
-
-        A file that is not an image changes nothing: the corrector refuses it too.
-        """
+        """Raises RTC-SOURCE where the image's signals are not those of the pins; the corrector refuses other files."""
         identity = self._identity()
         if identity is not None and identity != self._seen:
             self._seen = identity

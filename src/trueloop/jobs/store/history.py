@@ -175,9 +175,7 @@ class LivedPart:
 
     @property
     def by_own_probe(self) -> bool:
-        """Returns whether the finish inspection is by the instrument that touched the part before: on the machine it
-        does not see what the machine repeats [6876 §3.5].
-        """
+        """Returns whether the instrument that touched the part inspected it too: it misses what repeats [6876 §3.5]."""
         before = {inspection.device for inspection in self.correction.record.inspections if inspection.device}
         return self.finish is not None and self.finish.device in before
 

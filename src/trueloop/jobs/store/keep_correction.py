@@ -64,10 +64,7 @@ def _is_inspected(store: Store, part: Part) -> bool:
 
 
 def keep_correction(store: Store, inputs: Inputs, correction: Correction, keeping: Keeping) -> KeptFacts:
-    """Keeps a correction with its part, programs, inspections and the cut that was touched: all or none.
-
-    Raises STO-PART, STO-OTHER-PART, STO-CLOCK, and what keeping refuses.
-    """
+    """Keeps a correction with all it is made from, or nothing. Raises STO-PART, STO-OTHER-PART, STO-CLOCK."""
     return keep_corrections(store, [(inputs, correction)], keeping)
 
 

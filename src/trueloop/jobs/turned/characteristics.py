@@ -85,10 +85,7 @@ def _twice(characteristic: Characteristic, message: str) -> TrueloopError:
 
 
 def tolerance_name(size: Characteristic) -> str:
-    """Returns the name under which a tolerance of a size of the sheet is stated; "" where the drawing has limits.
-
-    A diameter is read at several places, and has one tolerance.
-    """
+    """Returns the name of a size's tolerance on the sheet; "" where the drawing has limits. Diameters share one."""
     if size.lower_limit is not None or size.upper_limit is not None:
         return ""
     return size.feature if size.quantity is Quantity.DIAMETER else size.name

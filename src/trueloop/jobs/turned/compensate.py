@@ -83,10 +83,7 @@ class CorrectedPart:
         return "\n".join(parts)
 
     def edge(self, tool: str, setup: str = "") -> CorrectedEdge:
-        """Returns an edge by what calls it, T5, and by its set-up where several cut with such a tool.
-
-        Raises NC-NO-TOOL where there is none, or several are meant.
-        """
+        """Returns an edge by what calls it, T5, and its set-up. Raises NC-NO-TOOL: there is none, or several."""
         asked = [one for one in self.edges if tool in (one.tool, one.tool.partition(" (")[0])]
         found = [one for one in asked if not setup or one.setup == setup]
         if len(found) != 1:

@@ -115,9 +115,7 @@ def _stated(files: JobFiles, inputs: Inputs, stated: str, by: Ran | None) -> InF
 
 
 def _of_edge(files: JobFiles, inputs: Inputs, name: Path) -> Path | None:
-    """Returns the record of the job's tool where `name` is a `part.json`, None where that lists no correction of it;
-    any other file as it is. Raises REC errors.
-    """
+    """Returns the record of the job's tool by a `part.json`, None: it lists none; another file as it is. Raises REC."""
     file = files.sources.file(name)
     if name.name != OF_ALL or not isinstance(files.job.tool, ToolsTable):
         return file

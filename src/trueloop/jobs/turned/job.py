@@ -59,9 +59,7 @@ class ReadJob:
 
 @dataclass(frozen=True)
 class ReadPart:
-    """A job's nominal profile and tool, and the files they were read from. `edges`: those of a job of several;
-    `setups`: the frames of its set-ups, where it has several.
-    """
+    """A job's nominal profile and tool, and their files; `edges` and `setups` of a job that has several."""
 
     name: str
     profile: Profile
@@ -139,10 +137,7 @@ class ReadCuts:
 
 
 def read_cuts(files: JobFiles, unmeasured: Measured | None = None) -> ReadCuts:
-    """Reads a job whole. Raises what reading raises, also where the set-up of a feature is in doubt.
-
-    `unmeasured` stands in for the touches and readings of a part that was not measured yet.
-    """
+    """Reads a job whole; `unmeasured` stands in for missing touches and readings. Raises what reading raises."""
     for setup in files.of_setups:
         setup.require_uncorrected()
     read, job, sources = read_setups(files), files.job, files.sources

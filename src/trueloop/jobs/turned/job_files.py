@@ -228,10 +228,7 @@ class JobFiles:
         )
 
     def profile(self, finish: Program | None = None) -> Profile:
-        """Returns the nominal profile. Raises GEO errors, and NC errors where it is that of the finish program.
-
-        `finish` is that program where it was read already.
-        """
+        """Returns the nominal profile; `finish`: the finish program, if read already. Raises GEO and NC errors."""
         features = self._features(finish)
         with in_file(self.path):
             if features is None:

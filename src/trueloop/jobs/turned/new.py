@@ -309,10 +309,7 @@ class GaugeSheet:
         return self.filled_in({}, {})
 
     def filled_in(self, values: Mapping[str, Sequence[str]], stated: Mapping[str, str]) -> str:
-        """Returns that file with values by the names of sizes, and what is stated for all of them.
-
-        Raises MSR-FEATURE for a name that is none of a size of the sheet.
-        """
+        """Returns that file with values by size, and what is stated for all. Raises MSR-FEATURE: no such size."""
         names = [characteristic.name for characteristic in self.planned]
         other = next((name for name in values if name not in names), None)
         if other is not None:

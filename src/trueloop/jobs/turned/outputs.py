@@ -64,9 +64,7 @@ def _first_made(setup: SetupCorrection, edge: EdgeCorrection, folder: Path) -> E
 
 
 def outputs_of_part(corrected: PartCorrection, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:
-    """Returns bytes by file name, None for one that there shall not be; `part.json`, or the record of the job's only
-    tool, comes last: then the set is complete.
-    """
+    """Returns bytes by file name, None: there shall be none; `part.json` or the only record completes the set."""
     if corrected.alone is not None:
         return outputs_of(corrected.alone, options, pdf)
     contents: dict[str, bytes | None] = {correction.name: correction.program for correction in corrected.setups}
@@ -100,9 +98,7 @@ def _label(setup: SetupCorrection, edge: EdgeCorrection) -> str:
 
 
 def _of_edge(of: EdgeCorrection, label: str, options: PageOptions, pdf: bool) -> Mapping[str, bytes | None]:
-    """Those of one edge, its label in their names; where nothing was measured of what it cuts, the record that stays in
-    force alone, and none of an earlier run.
-    """
+    """Those of one edge, labelled; where nothing was measured of it the record in force alone."""
     if of.correction is not None:
         return _of_correction(of.correction, f"-{label}", options, pdf)
     none: dict[str, bytes | None] = dict.fromkeys(_names(f"-{label}"))
@@ -183,10 +179,7 @@ def apply_offset(correction: Path, table: Path, target: Path, unit: Unit | None 
 
 
 def offset_words(correction: Path, control: Control | None, x_is: XIs | None = None) -> str:
-    """Writes the offset of a correction as a small program of its own control, or of another.
-
-    `x_is` states how that other one counts offsets on X. Raises REC, JOB and OFS errors.
-    """
+    """Writes a correction's offset as a program of its control or another, `x_is` as that counts: REC, JOB, OFS."""
     record, offset = offset_of(correction)
     own = None if record.program is None else own_control(dialect_named(record.program.dialect))
     control = control or own

@@ -129,11 +129,7 @@ def residuals(
 
 
 def element_signals(model: MachineModel, names: Mapping[str, str]) -> dict[str, str]:
-    """Returns the signal of each axis' element: as given, else the one that most parts of the model's terms of that
-    axis take.
-
-    Raises MCH-AXIS for an axis that the machine does not have.
-    """
+    """Returns each axis' element's signal: as given, else that of most parts of its terms. Raises MCH-AXIS."""
     chain: Chain = model.machine.chain
     found: dict[str, str] = {}
     for axis in chain.axes:

@@ -146,10 +146,7 @@ def diagnose_part(
     model: MachineModel | None = None,
     accept: Collection[str] = (),
 ) -> PartDiagnosis:
-    """Diagnoses a part among the others of its series, which provide what one part alone cannot.
-
-    Raises DIA-UNSTABLE for repeats that do not hold, unless it is accepted.
-    """
+    """Diagnoses a part among the others of its series. Raises DIA-UNSTABLE for repeats that do not hold."""
     seen = inspected.points(places)
     findings = require_stable(
         [(inspected.part.serial, r) for points in seen.values() for r in repeats_of(points)], accept

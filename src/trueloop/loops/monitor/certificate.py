@@ -183,9 +183,7 @@ def _spread(values: Sequence[float]) -> float:
 
 
 def _judged(size: RequiredSize, values: Sequence[float], u: float) -> Judgement | None:
-    """Judges the worst of some readings with the uncertainty `u` of one; where it is inside, their mean with the spread
-    as well; None without values or limits.
-    """
+    """Judges the worst of readings by `u` of one; if inside, their mean by its spread too; None without limits."""
     if not values or (size.lower is None and size.upper is None):
         return None
     each = [judge(value, u, None, size.lower, size.upper) for value in values]
@@ -250,9 +248,7 @@ def _missing(size: RequiredSize, actual: float | None, u: float | None, by: Part
 
 
 def on_the_machine(inspection: Inspection, characteristic: str = "") -> bool:
-    """Returns whether the part, or that size of it, was measured by the probe of the machine: in the machine's frame,
-    by a device named so, or by touches of an unnamed ball.
-    """
+    """Returns whether the part, or a size of it, was measured by the machine's probe, in the machine's frame."""
     device = inspection.device_of(characteristic).casefold()
     by_probe = device.startswith("probe") if device else inspection.ball_radius_mm > 0.0
     return inspection.frame == "machine" or by_probe

@@ -295,9 +295,7 @@ def _by_tool(series: Sequence[TrackedSeries], job: JobTool) -> dict[CalledOffset
 
 
 def _called(job: JobTool, cut_by: int | None, index: int) -> CalledOffset:
-    """Returns the offset that cuts a feature. Raises OFS-TOOL where program and job give none, or another edge each,
-    and where the feature is cut without it.
-    """
+    """Returns the offset that cuts a feature. Raises OFS-TOOL: none, another edge each, or cut without it."""
     number, move = cut_by or job.tool, job.matched.match.features[index].moves[0].move
     if not number:
         raise no_number(job.program, move.line)

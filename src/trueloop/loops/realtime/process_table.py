@@ -74,9 +74,7 @@ class AboutCorner:
 
 @dataclass(frozen=True)
 class Cutting:
-    """A move that cuts a feature: from the commanded path of the nose's centre to the corrected one, each between its
-    own ends, so that corners go to corners. `offset_mm` comes on top.
-    """
+    """A move that cuts: from the commanded path of the nose's centre to the corrected one; `offset_mm` on top."""
 
     before: ShiftedFeature
     after: ShiftedFeature

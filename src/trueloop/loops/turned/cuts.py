@@ -117,9 +117,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class OfSetup:
-    """The features that one set-up cuts: `features` by name, in the part's order; `found` is of `profile`, in the
-    set-up's frame; None: the job's only tool cuts all.
-    """
+    """What one set-up cuts: `features` by name, in order; `found` of its `profile`; None: the only tool cuts all."""
 
     setup: Setup
     profile: Profile
@@ -128,9 +126,7 @@ class OfSetup:
 
     @property
     def contours(self) -> tuple[OwnContour | None, ...]:
-        """Returns the contours of those of its edges that cut something, in the job's order; None: the only tool's.
-        Raises NC errors where the edge of a feature is not known.
-        """
+        """Returns the contours of its cutting edges, in the job's order; None: the only tool's. Raises NC errors."""
         if self.found is None:
             return (None,)
         with in_file(self.setup.program.file):

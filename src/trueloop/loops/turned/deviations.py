@@ -43,9 +43,7 @@ def cut_errors(profile: Profile, vectors: ErrorVectors) -> CutErrors:
 def places_along(
     profile: Profile, features: Sequence[int], vectors: ErrorVectors
 ) -> tuple[NDArray[np.intp], Array, CutErrors]:
-    """Places along features, their ends among them: feature index and arc length, (n,), and what the state knows them
-    by. z counts from where that of the vectors does.
-    """
+    """Places along features, ends included: feature and arc length, (n,), as the state knows them."""
     along = [angles_along(profile, i)[0] for i in features]
     index = np.repeat(np.array(features, dtype=np.intp), [len(s) for s in along])
     s = np.concatenate([*along, np.empty(0)])

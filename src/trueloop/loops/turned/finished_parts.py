@@ -107,10 +107,7 @@ def finished_series(inputs: Inputs, matched: Commanded, own: ProfileErrorModel) 
 
 
 def recorded_series(correction: Correction) -> SeriesState | None:
-    """Returns the state of the finished parts by which a kept correction is; None where it is by its part alone.
-
-    Raises REC-KEY for parts that are not as a record holds them.
-    """
+    """Returns the finished parts' state of a kept correction; None: by its part alone. Raises REC-KEY."""
     memory, record = correction.memory, correction.record
     if memory is None or memory.use not in USED or KEY not in record.model:
         return None

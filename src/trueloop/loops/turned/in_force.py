@@ -170,9 +170,7 @@ def keeps_wear(record: Record) -> bool:
 
 
 def ways_of(record: Record) -> tuple[Ran, ...]:
-    """Returns the ways in which a correction can be carried out: one for a contour; for a tool offset the program that
-    holds it, where one was written, or the control's wear table.
-    """
+    """Returns the ways to carry a correction out: a contour, an offset's program if written, or the wear table."""
     offset = record.tool_offset
     if offset is None or not offset.makes_the_correction:
         return (Ran.CORRECTED,)

@@ -45,10 +45,7 @@ WORTHWHILE: Final = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A measurement that can be taken, as it sees the errors of an edge's contour; the value of `seen` counts nothing.
-
-    `minutes` it takes; `feature` names it in the part.
-    """
+    """A measurement that can be taken, `seen` as errors of the contour; `minutes` it takes; `feature` of the part."""
 
     seen: Seen
     feature: str

@@ -47,9 +47,7 @@ Known: TypeAlias = Callable[[Inputs, OwnContour | None], Inputs]
 
 @dataclass(frozen=True)
 class SetupCuts:
-    """The cuts of one set-up: its `features` in the part's order, its edges, and all tool offsets that its program cuts
-    with. `frame` is the part's where the job has no set-ups.
-    """
+    """One set-up's cuts: `features` in the part's order, edges, its program's offsets; `frame`: its own, if any."""
 
     cuts: tuple[Cut, ...]
     frame: SetupFrame = PART
@@ -306,10 +304,7 @@ def _as_joint(
 
 
 def _composed(inputs: Inputs, corrections: Sequence[tuple[Record, bytes]], joint_id: str) -> bytes | None:
-    """Returns the program with the edits of all corrections and its mark; None where there are none.
-
-    `corrections`: the record and the corrected program of each edge.
-    """
+    """Returns the program with all corrections' edits and its mark; None: no edits; `corrections` by edge."""
     if not corrections:
         return None
     program, run = inputs.program, inputs.run
@@ -401,9 +396,7 @@ def _left(uncut: Sequence[str]) -> list[str]:
 
 
 def _by_what_may_be(of: SetupCuts, every: Sequence[SetupCuts]) -> SetupCuts:
-    """Returns the set-up with why an edge's offset may not be entered at the control: another set-up on the same
-    machine cuts with it too, or the control mirrors Z.
-    """
+    """Returns the set-up with why an offset may not be entered: shared with another set-up, or Z mirrored."""
     machine = of.cuts[0][1].machine_tool
     others = [one for one in every if one is not of and _may_be_one(machine, one.cuts[0][1].machine_tool)]
     shared = {call: one.frame.name for one in others for call in one.calls}
@@ -419,9 +412,7 @@ def _may_be_one(machine: Machine | None, other: Machine | None) -> bool:
 
 
 def require_offset(own: OwnContour, frame: SetupFrame, shared: Mapping[CalledOffset, str], file: str | None) -> None:
-    """Raises SET-OFFSET where no offset of an edge may be entered at the control. `shared`: by tool the name of another
-    set-up that cuts with it on the same machine.
-    """
+    """Raises SET-OFFSET where no offset may be entered; `shared`: by tool the other set-up that cuts with it."""
     if why := _no_offset(own.edge, frame, shared):
         with in_file(file):
             raise Code.SET_OFFSET.refusal(

@@ -275,9 +275,7 @@ def surface_of(
 
 
 def zero_of(machine: InMachine, profile: Profile, reported: ErrorVectors, before: CutBefore) -> Zero | None:
-    """Returns the machine's errors at the place from which z counts: the reference touch, else the datum of readings;
-    None where it is not among these measurements.
-    """
+    """Returns the machine's errors where z counts from: reference touch or datum; None: not among these."""
     reference = np.flatnonzero(reported.at_reference)
     if len(reference):
         at_mm, normal = reported.nominal_mm[reference], reported.outward_normal[reference]

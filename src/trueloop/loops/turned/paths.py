@@ -270,10 +270,7 @@ _WAYS: Final = ("start_mm", "end_mm", "centre_mm", "sweep_rad")
 
 
 def with_own_contour(program: Program, path: ToolPath, cut: int, run: Run) -> WrittenOut:
-    """Returns the program in which no roughing cycle runs on the contour that this move cuts.
-
-    Raises NC-EDIT where that cannot be done without changing the path.
-    """
+    """Returns the program without roughing cycles on this move's contour. Raises NC-EDIT: the path would change."""
     edits = tuple(own_contour(program, path, cut))
     if not edits:
         return WrittenOut(program, path, ())

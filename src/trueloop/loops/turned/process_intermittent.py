@@ -397,9 +397,7 @@ def _by_tool(
     wear: WearOffset,
     tools: ContourTools,
 ) -> ByTool | None:
-    """Returns the offset of each tool; features cut before any T word are cut by the tool that gets the offset. None
-    where no offset can carry the correction.
-    """
+    """Returns each tool's offset; before any T word that of the tool which gets one. None: none can carry it."""
     if inputs.machine is not None or inputs.no_offset:
         return None
     cut_by = [number or wear.tool for number in tools.cut_by]

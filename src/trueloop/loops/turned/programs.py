@@ -228,9 +228,7 @@ def _wear(
 
 
 def edge_of_pass(program: Program, path: ToolPath, cut: int, stated: int) -> int:
-    """Returns the edge with which a move of the finish pass is cut, 1 where neither program nor job states one
-    (`stated` 0). Raises OFS-TOOL where they differ.
-    """
+    """Returns the edge of a move of the finish pass, 1 where none is stated (0). Raises OFS-TOOL: they differ."""
     edge, line = edge_called(program.dialect, path, cut), int(path.line[cut])
     if edge is None or not stated or edge == stated:
         return edge or stated or 1

@@ -144,10 +144,7 @@ def _options(inputs: Inputs) -> dict[str, object]:
 
 
 def _memory_options(inputs: Inputs) -> dict[str, object]:
-    """Returns how earlier parts take part, and which; nothing where there are none.
-
-    Those of a series of finished parts are named by the correction in force.
-    """
+    """Returns how earlier parts take part, and which; nothing without; a finished series: by the one in force."""
     if is_used(inputs):
         return {"memory": asdict(inputs.memory) | {"history_sha256": history_sha256(inputs.history)}}
     goes_on = inputs.measured_finished and inputs.in_force.record is not None

@@ -176,10 +176,7 @@ def _seen_in(frame: SetupFrame, reading: Seen, profile: Profile) -> Seen:
 
 
 def seen_of_edge(seen: Sequence[Seen], frame: SetupFrame, own: OwnContour | None, profile: Profile) -> tuple[Seen, ...]:
-    """Returns what is of features of this edge alone, placed along its own contour; `seen` are of the part's profile.
-
-    All of it for the only tool of a job (None).
-    """
+    """Returns what is of this edge's features alone, along its own contour; all of it for a job's only tool."""
     placed = [_seen_in(frame, observation, profile) for observation in seen]
     if own is None:
         return tuple(placed)

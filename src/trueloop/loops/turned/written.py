@@ -80,10 +80,7 @@ NEARLY_TANGENT = 0.1
 
 @dataclass(frozen=True)
 class Writing:
-    """The source to be written into: the finish program as run and matched, and the marks that the result carries.
-
-    `chords`: the share of the chord tolerance that moves may take.
-    """
+    """The source to write into, as run and matched, and its marks; `chords`: the share of their tolerance for moves."""
 
     program: Program
     matched: Commanded

@@ -194,9 +194,7 @@ ALONE: Final = 1e-7
 
 
 def with_segments(machine: Machine, form: Form, readings: Observations) -> tuple[Form, tuple[Finding, ...]]:
-    """Returns a form whose free terms have their segments, and a note on them: of each axis twice, four times … as
-    many, as left-out runs are predicted best by the others.
-    """
+    """Returns a form with segments of its free terms, as many as predict left-out runs best, and a note."""
     if not form.free or len(set(readings.run)) < 2:
         return form, ()
     lags = [lag for lag in form.lags if any(lag.name in term.needs() for term in form.terms)]

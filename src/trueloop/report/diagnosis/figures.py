@@ -137,10 +137,7 @@ COVERAGE: Final = 2.0
 def series_figure(
     parts: Sequence[SeenPartShape], of: FeatureMeansShape, say: Texts = ENGLISH, width: int = WIDTH
 ) -> Figure:
-    """Draws one error over the parts: ○ by the machine's probe, ◆ by the CMM, bars of 95 %, dotted: a tool set.
-
-    Standard parts are not drawn: nothing was cut on them.
-    """
+    """Draws one error over the parts: ○ the machine's probe, ◆ CMM, bars of 95 %, dotted: a tool set; no standards."""
     shown = [part for part in parts if not part.standard][-SHOWN:]
     drawn = [(k + 1.0, part) for k, part in enumerate(shown)]
     data, ends = [], [0.0]

@@ -20,10 +20,7 @@ UM: Final = 2
 
 
 def touch_rows(correction: Correction) -> list[TouchShape]:
-    """Returns one row a touch, in order along the profile; mm to 4 decimals, µm to 2.
-
-    `commanded_um` is the share of the error that the semi-finish program meant; the rest was fitted.
-    """
+    """Returns one row a touch, along the profile; `commanded_um`: what the semi-finish program meant of the error."""
     touches, prediction = correction.touches, correction.prediction
     fitted = np.array(
         [

@@ -144,9 +144,7 @@ def _safe(address: str) -> str:
 
 
 def account_of(store: Store, oidc: Oidc, claims: Mapping[str, object], now: datetime) -> Row[Any]:
-    """Returns the account, with the role that the claim gives it where one is named. Raises SRV-OIDC for a stranger,
-    for a disabled account, and for a claim that gives no role.
-    """
+    """Returns the account, with its claim's role. Raises SRV-OIDC: stranger, disabled, or a claim without a role."""
     subject = str(claims["sub"])
     found = _found(store, oidc, subject)
     if found is None or found.disabled:

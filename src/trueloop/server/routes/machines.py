@@ -1,7 +1,4 @@
-"""Machines: as they are now, what their cells say, and what their correctors do.
-
-Addresses of one machine end with what is asked of it: a name may hold a slash.
-"""
+"""Machines as they are now, their cells and correctors. What is asked comes last: a name may hold a slash."""
 
 from typing import Annotated, Final
 

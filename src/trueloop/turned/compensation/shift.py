@@ -134,10 +134,7 @@ ZERO = constant(0.0)
 
 
 def sampled(arc_length_mm: Array, values_mm: Array) -> Shift:
-    """Returns the piecewise linear shift through samples (n,), carried on straight beyond the first and last.
-
-    A constant through one sample. Sample positions ascend.
-    """
+    """Returns the piecewise linear shift through ascending samples (n,), straight beyond; one sample: a constant."""
     if len(arc_length_mm) == 1:
         return constant(float(values_mm[0]))
     rows = np.column_stack([values_mm[:-1], np.diff(values_mm) / np.diff(arc_length_mm)])

@@ -145,11 +145,7 @@ class _Search:
     known: Known = field(default_factory=dict)
 
     def fitted(self, kept: NDArray[np.intp], feature: int | None = None) -> FittedChains:
-        """Returns the chains with a touch fitted to some of the touches; all where the feature, by its index, has none
-        left.
-
-        Chains that no removed touch concerns are fitted once.
-        """
+        """Returns touched chains fitted to some touches; all of a feature left without any. Others are fitted once."""
         part = self.vectors.chosen(kept)
         fits = fit_touched(self.profile, part, self.options, None, self.known)[0]
         if feature is not None and not any(feature in fit.chain.features for fit in fits.values()):

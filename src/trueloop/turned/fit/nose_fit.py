@@ -44,10 +44,7 @@ BEYOND_RAD: Final = math.radians(1.0)
 
 @dataclass(frozen=True)
 class NoseTouches:
-    """Errors of one part by contact angle, arrays of shape (n,).
-
-    `feature` names what each touch lies on; `on_arc` says whether the contact angle turns there.
-    """
+    """Errors of one part by contact angle, (n,); `feature` names each touch's own; `on_arc`: the angle turns there."""
 
     part: str
     feature: tuple[str, ...]
@@ -107,10 +104,7 @@ class NoseModel:
         return form.dense(len(self.w.coefficients_mm))
 
     def predict(self, touches: NoseTouches) -> "NosePrediction":
-        """Predicts the next part from at least two touches on its arcs: tool offsets by least squares.
-
-        Raises FIT-POINTS when they do not set both offsets, FIT-ANGLE outside the fitted range.
-        """
+        """Predicts a part from two touches on its arcs or more, by offsets. Raises FIT-POINTS, FIT-ANGLE."""
         angle, error = touches.contact_angle_rad, touches.error_mm
         if len(angle) < 2 or float(np.ptp(angle)) < APART_RAD:
             raise refuse_too_few(touches)

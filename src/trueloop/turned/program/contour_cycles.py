@@ -266,11 +266,7 @@ def refusal(program: Program, cycle: Block, what: str) -> TrueloopError:
 
 
 def own_contour(program: Program, path: ToolPath, move: int) -> list[Edit]:
-    """Returns the edits after which no roughing cycle reads the blocks of the contour that `move` is on; none where
-    none does.
-
-    Raises NC-EDIT where they cannot be written.
-    """
+    """Returns the edits by which no roughing cycle reads the blocks of the contour of `move`. Raises NC-EDIT."""
     cycle = finishing_cycle(program, path, move)
     if cycle is None or not roughed_by(program, cycle):
         return []

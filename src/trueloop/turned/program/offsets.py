@@ -186,10 +186,7 @@ LEFT_BEHIND: Final = "takes back the shift of a run that was stopped in the cut"
 
 
 def has_local_shift(program: Program) -> bool:
-    """Returns whether the offset is written as a shift of the frame; otherwise it is an update of the tool's offset.
-
-    Raises NC-OFFSET for a control of which neither is known.
-    """
+    """Returns whether the offset is a shift of the frame, else an update of the tool's. Raises NC-OFFSET: neither."""
     if not program.dialect.contour_shift:
         known = [name for name, dialect in DIALECTS.items() if dialect.contour_shift]
         raise Code.NC_OFFSET.refusal(

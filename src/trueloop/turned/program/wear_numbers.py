@@ -191,10 +191,7 @@ def counted(control: Control, stated: Literal["radius", "diameter"] | None) -> L
 
 
 def offset_program(control: Control, wear: WearOffset, record_id: str) -> str:
-    """Returns a small program that adds the offset, to be run once; `wear.blocks` are taken for a GE 2000T.
-
-    Raises OFS-WORDS for a control without words for it.
-    """
+    """Returns a program, run once, that adds the offset; a GE 2000T takes `wear.blocks`. Raises OFS-WORDS."""
     blocks = wear.blocks if control == "ge2000t" else blocks_of(control, wear)
     if not blocks:
         raise Code.OFS_WORDS.refusal(

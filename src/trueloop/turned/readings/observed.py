@@ -375,10 +375,7 @@ IMPROBABLE: Final = 1e-4
 def check_repeats(
     profile: Profile, readings: Sequence[MatchedReading], gauging: Gauging, limits: Limits
 ) -> tuple[str, ...]:
-    """Returns notes on readings of one place that contradict each other; ±U holds their spread.
-
-    Raises CMP-SCATTER where they scatter by more than the limit besides, along the normal.
-    """
+    """Returns notes on contradictory readings of one place; ±U holds their spread. Raises CMP-SCATTER beyond it."""
     notes = []
     for group in in_one_place(corrected(readings)):
         actual = np.array([reading.reading.actual for reading in group])

@@ -184,9 +184,7 @@ def _notes(
 
 
 def nominal_words(vectors: ErrorVectors) -> tuple[str, ...]:
-    """Returns a remark where every reading, or every touch, is exactly nominal: a sheet that was filled in, not
-    measured. The touch from which z counts is so by definition.
-    """
+    """Returns a remark where all readings or touches are exactly nominal: a sheet filled in, not measured."""
     read = [observation.value_mm for observation in vectors.seen if observation.standard_u_mm > 0.0]
     touched = vectors.error_mm[~vectors.by_gauge & ~vectors.at_reference].tolist()
     words = []
@@ -305,9 +303,7 @@ def own_seen(vectors: ErrorVectors, own: Collection[int]) -> tuple[Seen, ...]:
 
 
 def _own_part(reading: Seen, vectors: ErrorVectors, own: Collection[int]) -> Seen | None:
-    """Returns what one of the readings states of the features `own` alone; None where it states nothing of them, or the
-    errors of others cannot be taken out.
-    """
+    """Returns what a reading states of the features `own` alone; None: nothing, or errors of others stay in it."""
     mine = np.isin(reading.feature_index, list(own))
     if mine.all() or not mine.any():
         return reading if mine.all() else None

@@ -63,10 +63,7 @@ class LinuxCnc:
     """A running LinuxCNC, and one that is away and comes again. Errors that it reports are left to its own display."""
 
     def __init__(self, ini: Path, programs: Path, module: Any) -> None:
-        """`ini`: its configuration; `programs`: a folder for the cell's alone; `module`: LinuxCNC's `linuxcnc`.
-
-        Raises CTL-LINUXCNC where the configuration or the folder cannot be used.
-        """
+        """`ini`: its configuration; `programs`: the cell's folder; `module`: LinuxCNC's. Raises CTL-LINUXCNC."""
         self._nc, self._home, self._programs = module, ini.resolve().parent, programs.resolve()
         try:
             task = module.ini(str(ini)).find("TASK", "TASK") or "milltask"
@@ -224,10 +221,7 @@ class Temperature:
 def read_pins(
     pins: Mapping[str, str], ages: Mapping[str, str], program: str = "halcmd"
 ) -> tuple[dict[str, Temperature], list[str]]:
-    """Reads pins: temperatures by the name of the signal, and for those that cannot be read, why not.
-
-    `ages`: pins with the values' ages in s; a value without one is of now.
-    """
+    """Reads pins: temperatures by signal, and why others cannot be read. `ages`: pins of the values' ages, s."""
     found, wrong = {}, []
     for name, pin in pins.items():
         try:

@@ -216,10 +216,7 @@ def _net(configuration: Configuration, pin: str, to: str) -> str:
 
 
 def _command() -> str:
-    """The program by its whole path: LinuxCNC is rarely started from a shell in which the environment is active.
-
-    By its name alone where the path has a blank in it, which HAL cannot quote.
-    """
+    """The program by its path, which a shell need not know; by its name where HAL cannot quote a blank in it."""
     program = str(Path(sys.executable).with_name("trueloop"))
     return program if len(program.split()) == 1 else "trueloop"
 

@@ -44,10 +44,7 @@ class SampledPin:
 
 
 def sampled_pins(joints: Mapping[int, int], signals: int) -> tuple[SampledPin, ...]:
-    """Returns all pins to record, without the count of periods.
-
-    `joints`: by axis (0, 1, 2 for X, Y, Z) its joint's number. `signals`: how many the image needs.
-    """
+    """Returns the pins to record but the count of periods. `joints`: their numbers by axis; `signals`: how many."""
     of_axes = [
         SampledPin(name.format(axis=axis, joint=joint), "f")
         for axis, joint in sorted(joints.items())

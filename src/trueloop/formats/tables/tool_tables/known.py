@@ -235,10 +235,7 @@ NAMES: Final = (linuxcnc_tbl.LINUXCNC, fanuc_g10.FANUC, haas_ofs.HAAS, siemens_t
 
 
 def read_tool_table(path: Path, unit: Unit | None = None) -> ToolTable:
-    """A control's tool table. `unit` is what is stated of it.
-
-    Raises OFS-FILE, OFS-FORMAT, OFS-NUMBER, and OFS-UNIT where the file says another unit than is stated.
-    """
+    """Reads a control's tool table; `unit` as stated. Raises OFS-FILE, OFS-FORMAT, OFS-NUMBER, OFS-UNIT (another)."""
     return tool_table_of(path, read_input(path, Code.OFS_FILE, hint=HINT), unit)
 
 

@@ -1,7 +1,4 @@
-"""The part that errors are drawn on: material, outline, spindle axis, names of features, scale bars.
-
-z runs to the right and x, a radius, up; coordinates are mm.
-"""
+"""The part that errors are drawn on: material, axis, feature names, scale bars; z right, x (radius) up, mm."""
 
 import math
 from collections.abc import Sequence

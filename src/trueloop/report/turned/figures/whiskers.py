@@ -53,10 +53,7 @@ LEAST_MM: Final = 1e-4
 
 @dataclass(frozen=True)
 class Half:
-    """Errors to be drawn on one half of the part: `side` 1 above the axis, −1 below; ± `expanded_u_mm` holds 95 %.
-
-    `label` says in a hover label what the numbers are.
-    """
+    """Errors on one half of the part: `side` 1 above the axis, −1 below; ± `expanded_u_mm` (95 %); `label` in hover."""
 
     heading: str
     label: str

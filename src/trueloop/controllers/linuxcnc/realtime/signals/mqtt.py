@@ -20,9 +20,7 @@ LARGEST: Final = 65536
 
 @dataclass(frozen=True)
 class Topic:
-    """Where a signal is published. `path` leads to its number in JSON and `time_path` to the time it was read, their
-    steps parted by dots; without a path the message is the number.
-    """
+    """Where a signal is published; `path` to its number in JSON and `time_path` to its time; without: the message."""
 
     topic: str
     path: str = ""

@@ -20,10 +20,7 @@ from trueloop.realtime.bank import LagRules, LagState, advanced, from_history
 
 @dataclass(frozen=True)
 class Clock:
-    """Time of the log: `log_s`, s since 1970, when the monotonic clock said `monotonic_s`; from there at `speed`.
-
-    A clock on the wall that is set while the component runs moves no lag.
-    """
+    """Time of the log: `log_s`, s since 1970, at `monotonic_s`, then at `speed`; setting the clock moves no lag."""
 
     log_s: float
     monotonic_s: float
@@ -146,10 +143,7 @@ class ReplayedLogs:
 
 
 def replayed(file: Located[SignalsFile], names: Sequence[str], lags: Sequence[Lag], clock: Clock) -> ReplayedLogs:
-    """Prepares the replays that give these signals.
-
-    Raises RTC-SOURCE for a signal that its log does not hold and for logs at different speeds, and as `read_history`.
-    """
+    """Prepares the replays of these signals. Raises RTC-SOURCE: not in a log, other speeds; as `read_history`."""
     feeds: dict[str, Feed] = {}
     units: dict[str, str] = {}
     states: dict[str, LagState | None] = {}
