@@ -14,8 +14,6 @@ from trueloop.loops.turned.process_intermittent import compensate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 JOBS = sorted(path.parent.name for path in EXAMPLES.glob("*/job.toml"))
-ADDED = ("schema", "product", "edits", "part_type", "machine", "tool", "program", "inspections")
-"""Keys that records do not have which were written before there was a schema."""
 
 
 def _written(folder: Path, record: Record) -> Path:
@@ -35,22 +33,6 @@ def test_the_record_of_a_turned_part_is_read_back_equal(name: str, tmp_path: Pat
     assert inspection.count == len(inspection.values) == len(inputs.touches.point)
     assert back.tool is not None and back.tool.corner_radius_mm == inputs.nose_radius_mm
     assert back.program is not None and back.program.sha256 in record.inputs_sha256.values()
-
-
-@pytest.mark.parametrize("name", JOBS)
-def test_a_record_without_a_schema_is_read(name: str, tmp_path: Path) -> None:
-    """As it was written before: without the keys of schema 1."""
-    record = compensate(read_job(EXAMPLES / name / "job.toml").inputs).record
-    content = json.loads(record.to_json())
-    old = {key: value for key, value in content.items() if key not in (*ADDED, "content_sha256")}
-    file = tmp_path / "record.json"
-    file.write_text(json.dumps(old))
-    back = read_record(file)
-    assert {key: getattr(back, key) for key in ("id", "product", "edits", "changes", "options", "model")} == {
-        key: getattr(record, key) for key in ("id", "product", "edits", "changes", "options", "model")
-    }
-    assert back.program is None and back.inspections == ()
-    assert f"Correction {record.id}" in run("record", "show", file)
 
 
 def test_a_record_is_shown_in_words(tmp_path: Path) -> None:

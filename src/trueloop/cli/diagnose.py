@@ -85,7 +85,7 @@ def _written(
     shares: "Sequence[Share]", name: str, page_of: "Callable[[Share, Texts], str]", folder: Path | None, page: Page
 ) -> list[list[str]]:
     """The files of each diagnosis; of a part that several edges cut with the edge in their names."""
-    from trueloop.report.shape import write_page
+    from trueloop.report.markup import write_page
 
     names = [name if len(shares) == 1 else f"{name}-{_file_name(share.part_type)}" for share in shares]
     return [
@@ -135,7 +135,7 @@ def fixture(
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import fixture_lines
     from trueloop.report.diagnosis.page_part import fixture_page
-    from trueloop.report.shape import write_page
+    from trueloop.report.markup import write_page
 
     repeats = limits_of(repeats_to_um, limit_um)
     if of_what.lower().endswith((".csv", ".txt")):
@@ -166,7 +166,7 @@ def machine(
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import machine_lines
     from trueloop.report.diagnosis.page_machine import machine_page
-    from trueloop.report.shape import write_page
+    from trueloop.report.markup import write_page
 
     with busy("diagnosing"):
         found = diagnosed_machine(opened(db), model, part_type or (), elements_of(element), accept or ())

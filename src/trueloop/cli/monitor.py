@@ -101,9 +101,9 @@ def chart(
     from trueloop.jobs.monitor.charts import charts_of
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.monitor.chart import ChartOptions
+    from trueloop.report.markup import write_page
     from trueloop.report.monitor.chart_page import chart_page
     from trueloop.report.monitor.chart_values import alarm_lines, chart_head, chart_rows
-    from trueloop.report.shape import write_page
 
     numbers = range(1, 9) if rules == "all" else [int(one) if one.strip().isdigit() else 0 for one in rules.split(",")]
     if not all(1 <= number <= 8 for number in numbers):
@@ -153,8 +153,8 @@ def gauge(
     """
     from trueloop.jobs.monitor.charts import gauges_of
     from trueloop.jobs.store.opened import opened
+    from trueloop.report.markup import write_page
     from trueloop.report.monitor.gauge import HEAD, gauge_page, gauge_rows, remark_lines
-    from trueloop.report.shape import write_page
 
     shown = gauges_of(opened(db), name)
     files = write_page(shown, "gauges", gauge_page, output, page.language, page.unit)

@@ -326,9 +326,9 @@ def simulate(shop: Shop, page: Page, output: Output = None, as_json: AsJson = Fa
 
 
 def _written(shown: "SeriesShape", name: str, folder: Path | None, page: Page) -> list[str]:
+    from trueloop.report.markup import write_page
     from trueloop.report.series.lines import series_csv
     from trueloop.report.series.page import series_page
-    from trueloop.report.shape import write_page
 
     return write_page(shown, name, series_page, folder, page.language, page.unit, csv=series_csv(shown))
 

@@ -158,8 +158,7 @@ class Record:
     that cuts, mounted and measured at `edge_set_at`. `tool_offset` is the change of the tool's offset that is the
     correction, or could take its place; it is the change against `cut_with`, what cut the part that was measured.
     `characteristics` are those that the drawing asks for, judged; `between` the lengths of the drawing from a face that
-    this edge cuts to one that another edge cuts, by the part's names. None and empty: not stated, or written before
-    there was a schema.
+    this edge cuts to one that another edge cuts, by the part's names. None and empty: not stated.
     """
 
     id: str

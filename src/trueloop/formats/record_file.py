@@ -1,4 +1,4 @@
-"""The record of a correction as JSON: every one that trueloop wrote, also those from before they had a schema."""
+"""The record of a correction as JSON."""
 
 import json
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from typing import Any, Final, TypeVar, get_args
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from trueloop.domain.record import CONTENT, Product, Record, content_sha256
+from trueloop.domain.record import CONTENT, Record, content_sha256
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 from trueloop.formats.outputs import Named
@@ -33,8 +33,6 @@ def read_json(path: Path, name: str, made: Callable[[dict[str, Any]], T], *, hin
 
 
 SCHEMA: Final[int] = get_args(Record.__annotations__["schema"])[0]
-PRODUCTS: Final = {"curves": Product.TURNED, "control_um": Product.SURFACE, "terms": Product.MACHINE}
-"""The product of a record without a schema, by a key of its model."""
 HINT: Final = "name the record.json or STEM.record.json that stands beside a corrected program"
 WHOLE: Final = "restore the file as trueloop wrote it"
 
@@ -44,8 +42,9 @@ def read_record(path: Path) -> Record:
     text = read_text(path, Code.REC_FILE, hint=HINT)
     content = _parsed(path, text)
     stated, found = content.pop(CONTENT, None), content_sha256(content)
+    _require_known_schema(path, content)
     try:
-        record = _adapter().validate_python(_of_schema(path, content))
+        record = _adapter().validate_python(content)
     except ValidationError as error:
         raise _refused_key(path, text, error.errors()[0]) from error
     _require_unchanged(path, stated, found)
@@ -115,7 +114,7 @@ def _parsed(path: Path, text: str) -> dict[str, Any]:
 
 
 def _require_unchanged(path: Path, stated: object, found: str) -> None:
-    """Raises REC-FILE for a content that was edited; earlier versions wrote no hash."""
+    """Raises REC-FILE for a content that was edited."""
     if stated in (None, found):
         return
     raise Code.REC_FILE.refusal(
@@ -126,21 +125,15 @@ def _require_unchanged(path: Path, stated: object, found: str) -> None:
     )
 
 
-def _of_schema(path: Path, content: dict[str, Any]) -> dict[str, Any]:
-    """The content as of the present schema."""
-    if "schema" not in content:
-        model = content.get("model")
-        product = next((one for key, one in PRODUCTS.items() if isinstance(model, dict) and key in model), None)
-        edits = None if product is Product.MACHINE else len(content.get("changes") or [])
-        return {"product": product, "edits": edits, **content, "schema": SCHEMA}
-    if isinstance(content["schema"], int) and content["schema"] > SCHEMA:
+def _require_known_schema(path: Path, content: dict[str, Any]) -> None:
+    schema = content.get("schema")
+    if isinstance(schema, int) and schema > SCHEMA:
         version = content.get("trueloop_version")
         raise Code.REC_SCHEMA.refusal(
-            f"schema {content['schema']}, written by trueloop {version}; this version reads up to {SCHEMA}",
+            f"schema {schema}, written by trueloop {version}; this version reads up to {SCHEMA}",
             hint="read it with the version that wrote it, or a later one",
             place=Place(str(path)),
         )
-    return content
 
 
 def _refused_key(path: Path, text: str, mistake: ErrorDetails) -> TrueloopError:

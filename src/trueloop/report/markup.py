@@ -2,11 +2,14 @@
 
 import html
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import unescape
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 
+from trueloop.domain.option import Language, LengthUnit
+from trueloop.formats.outputs import write_all
+from trueloop.report.shape import Shape
 from trueloop.report.still import svg
 from trueloop.report.style import Figure
 from trueloop.report.texts.texts import Texts
@@ -127,3 +130,26 @@ def figure_block(name: str, figure: Figure | Mapping[str, Figure], caption: str,
     else:
         pictures = "".join(f'<div class="{shown}">{svg(one, alternative)}</div>' for shown, one in figure.items())
     return f'<figure id="{name}"{kind}>{pictures}<figcaption>{caption}</figcaption></figure>'
+
+
+T = TypeVar("T", bound=Shape)
+
+
+def write_page(
+    shape: T,
+    name: str,
+    page: Callable[[T, Texts], str],
+    folder: Path | None,
+    language: Language,
+    unit: LengthUnit,
+    csv: str = "",
+) -> list[str]:
+    """Writes `name`.json, .html and .csv, if given, to a folder: all, or nothing without one. Raises OUT errors."""
+    if folder is None:
+        return []
+    contents = [
+        *([(f"{name}.csv", csv.encode())] if csv else []),
+        (f"{name}.json", (shape.model_dump_json(indent=1) + "\n").encode()),
+        (f"{name}.html", page(shape, Texts(language, unit)).encode()),
+    ]
+    return [str(file) for file in write_all(folder, contents)]

@@ -1,17 +1,12 @@
 """Shapes of a page's parts as JSON. Their fields and the texts below them make the JSON schema."""
 
 import math
-from collections.abc import Callable
 from enum import Enum
-from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 from pydantic import ConfigDict
 
 from trueloop.described import Described
-from trueloop.domain.option import Language, LengthUnit
-from trueloop.formats.outputs import write_all
-from trueloop.report.texts.texts import Texts
 from trueloop.units import UM_PER_MM
 
 
@@ -30,29 +25,6 @@ class Shape(Described):
         are not finite None. Raises AttributeError where no value has the attribute.
         """
         return cls(**{name: _field(values, name) for name in cls.model_fields.keys() - others.keys()}, **others)
-
-
-T = TypeVar("T", bound=Shape)
-
-
-def write_page(
-    shape: T,
-    name: str,
-    page: Callable[[T, Texts], str],
-    folder: Path | None,
-    language: Language,
-    unit: LengthUnit,
-    csv: str = "",
-) -> list[str]:
-    """Writes `name`.json, .html and .csv, if given, to a folder: all, or nothing without one. Raises OUT errors."""
-    if folder is None:
-        return []
-    contents = [
-        *([(f"{name}.csv", csv.encode())] if csv else []),
-        (f"{name}.json", (shape.model_dump_json(indent=1) + "\n").encode()),
-        (f"{name}.html", page(shape, Texts(language, unit)).encode()),
-    ]
-    return [str(file) for file in write_all(folder, contents)]
 
 
 def um(value_mm: float) -> float:

@@ -15,8 +15,8 @@ from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.monitor.charts import charts_of, failed_checks, gauges_of
 from trueloop.loops.monitor.chart import ChartOptions
+from trueloop.report.markup import write_page
 from trueloop.report.monitor.gauge import GaugeShape, gauge_page
-from trueloop.report.shape import write_page
 from trueloop.storage.store import Store, keep, open_store
 
 STEADY = [0.2, -0.1, 0.3, -0.2, 0.1, 0.0, -0.3, 0.2, 0.1, -0.1]

@@ -19,8 +19,8 @@ from trueloop.loops.monitor.certificate import Certificate, InForce, PartInspect
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.in_force import cut_with
 from trueloop.loops.turned.taken_off import program_that_ran
+from trueloop.report.markup import write_page
 from trueloop.report.monitor.certificate import CertificateShape, certificate_page, certificate_shape
-from trueloop.report.shape import write_page
 from trueloop.storage.store import Store, find
 from trueloop.turned.program.wear_numbers import known_to
 from trueloop.units import UM_PER_MM
