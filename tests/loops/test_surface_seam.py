@@ -1,4 +1,4 @@
-"""A program over two tangent faces of which one is corrected: the step between them is named, not written."""
+"""A program over two tangent faces: a face corrected alone ends with a step, which is named; both together do not."""
 
 from pathlib import Path
 from typing import Any
@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.support.cli import output_of
+from tests.support.cli import output_of, run
 from tests.support.solids import written
+from trueloop.arrays import Array
+from trueloop.cli.terminal import ExitStatus
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.step import read_faces
 from trueloop.jobs.surface.job import correct_surface, read_surface
@@ -132,3 +134,93 @@ def test_a_pattern_that_a_fixture_makes_is_corrected_by_the_datum_and_named_as_a
     with pytest.raises(TrueloopError) as caught:
         correct_surface(read_surface(path))
     assert caught.value.code is Code.SRF_PARTS
+
+
+def wave_mm(x: Array) -> Array:
+    """An error of both top faces, material left on: level at the seam."""
+    return np.asarray(0.012 * np.cos((x - SEAM_MM) / 6))
+
+
+def scan(path: Path, seed: int, error_mm: Array | float, at: tuple[Array, Array]) -> None:
+    """The top of a bar, clamped 0.05 mm and half a milliradian off: points, and their normals."""
+    rng, (x, y) = np.random.default_rng(seed), at
+    turn = np.arcsin(np.maximum(0.0, x - SEAM_MM) / FALL_MM)
+    normal = np.column_stack([np.sin(turn), 0 * x, np.cos(turn)])
+    points = np.column_stack([x, y, HIGH_MM - FALL_MM * (1 - np.cos(turn))])
+    points += (error_mm + rng.normal(0, 3e-4, len(x)))[:, None] * normal
+    points += np.array([0.03, -0.05, 0.05]) + np.cross([3e-4, -5e-4, 2e-4], points)
+    rows = [",".join(f"{value:.6f}" for value in row) for row in np.column_stack([points, normal])]
+    path.write_text("\n".join(["X,Y,Z,NX,NY,NZ", *rows, ""]))
+
+
+def of_both(folder: Path) -> tuple[Path, tuple[Array, Array]]:
+    """The job of the bar's two top faces, one part, and where it is measured; passes in steps of 0.1 mm."""
+    one = job(folder, 25.0)
+    faces = read_faces(folder / "bar.step")
+    (round_one,) = [face.number for face in faces if face.kind == "CylindricalSurface"]
+    rng = np.random.default_rng(7)
+    x, y = rng.uniform(0.3, 49.5, 1200), rng.uniform(0.3, WIDE_MM - 0.3, 1200)
+    scan(folder / "S1.csv", 1, wave_mm(x), (x, y))
+    text = (
+        one.read_text()
+        .replace("\nface = ", f"\nface = [{round_one}, ")
+        .replace("\nflip = false", "]\nflip = false")
+        .replace('points = ["P*.csv"]', 'points = ["S1.csv"]\nunit = "mm"\nalignment = "best-fit"\ncut_with = "given"')
+    )
+    one.write_text(text)
+    lines = ["%", "O1", "G21 G17 G40 G49 G80 G90 G54", "S9000 M3", "G0 X2. Y1. Z40."]
+    for y_mm in (4.0, 11.0, 16.0):
+        ways = [tip(at) for at in np.arange(1.0, 45.0, 0.1)]
+        lines += [f"G0 X0.9 Y{y_mm:.1f}", "G1 Z20.5 F900.", *(f"G1 X{a:.5f} Z{c:.5f}" for a, c in ways), "G0 Z40."]
+    (folder / "finish.nc").write_text("\n".join([*lines, "M5", "G91 G28 Z0.", "G28 X0. Y0.", "M30", "%", ""]))
+    return one, (x, y)
+
+
+def left_um(program: Path) -> tuple[Array, Array]:
+    """Where a program's ball touches the top, x, and how far from the nominal one it cuts, more left on positive."""
+    rows = [line.split() for line in program.read_text().splitlines() if line.startswith("G1 X")]
+    x, z = np.array([[float(word[1:]) for word in row if word[0] in "XZ"] for row in rows]).T
+    out, up = x - SEAM_MM, z + BALL_MM - HIGH_MM + FALL_MM
+    level = out <= 0
+    off = np.where(level, up - FALL_MM, np.hypot(out, up) - FALL_MM) - BALL_MM
+    return np.where(level, x, SEAM_MM + FALL_MM * out / np.hypot(out, up)), 1e3 * off
+
+
+def without_set_up(x: Array, um: Array) -> Array:
+    """What no motion of the part makes."""
+    turn = np.arcsin(np.maximum(0.0, x - SEAM_MM) / FALL_MM)
+    normal = np.column_stack([np.sin(turn), np.cos(turn)])
+    z = HIGH_MM - FALL_MM * (1 - np.cos(turn))
+    made = np.column_stack([normal, x * normal[:, 1] - z * normal[:, 0]])
+    return np.asarray(um - made @ np.linalg.lstsq(made, um, rcond=None)[0])
+
+
+def test_faces_that_a_program_cuts_together_are_corrected_by_one_part_without_a_step(tmp_path: Path) -> None:
+    """One scan of one part that sits 0.05 mm off: a tenth of the error is left, and at the seam blocks of 0.1 mm differ
+    by no more than the error itself does. A second part that shows no error keeps the correction as it is.
+    """
+    path, at = of_both(tmp_path)
+    done = output_of("surface", "compensate", path, "--no-store", "-o", tmp_path / "first")
+    assert "CMP-SLOPE" not in done
+    x, given = left_um(tmp_path / "finish.nc")
+    touched, cut = left_um(tmp_path / "first" / "corrected.nc")
+    before, after = (without_set_up(x, um + 1e3 * wave_mm(x)) for x, um in ((x, given), (touched, cut)))
+    assert np.sqrt(np.mean(after**2)) < 0.1 * np.sqrt(np.mean(before**2))
+    step = np.abs(np.diff(cut))[(np.abs(touched[1:] - SEAM_MM) < 1.0) & (np.abs(np.diff(touched)) < 0.2)]
+    assert len(step) > 50 and np.max(step) < 0.1
+
+    scan(tmp_path / "S2.csv", 2, 0.0, at)
+    path.write_text(path.read_text().replace("S1.csv", "S2.csv").replace('"given"', '"first/record.json"'))
+    run("surface", "compensate", path, "--no-store", "-o", tmp_path / "second")
+    again = left_um(tmp_path / "second" / "corrected.nc")[1]
+    assert np.max(np.abs(without_set_up(touched, again - cut))) < 0.4
+
+
+def test_several_faces_are_taken_by_compensate_alone_and_named_once(tmp_path: Path) -> None:
+    path, _ = of_both(tmp_path)
+    for command in ("pattern", "model", "deviations"):
+        assert "SRF-CAD-CHOICE" in run("surface", command, path, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    run("db", "init", tmp_path / "trueloop.db")
+    assert "SRF-CAD-CHOICE" in run("surface", "compensate", path, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    path.write_text(path.read_text().replace("face = [", "face = [2, 2, "))
+    assert "names a face twice" in run("surface", "compensate", path, status=ExitStatus.REFUSED)

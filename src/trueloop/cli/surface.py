@@ -56,12 +56,13 @@ JobFile = Annotated[Path, argument("The surface's job; docs/surface.md explains 
 KeepOutliers = Annotated[bool, option("Parts count although they are outlying beyond doubt.", "--keep-outliers")]
 
 
-def read(job: Path) -> "ReadSurface":
-    """A surface's job, read."""
+def read(job: Path, *, several: bool = False) -> "ReadSurface":
+    """A surface's job, read; of `several` faces, or of one."""
     with busy(f"reading {job}"):
-        from trueloop.jobs.surface.job import read_surface
+        from trueloop.jobs.surface.job import read_surface, require_one_face
 
-        return read_surface(job)
+        found = read_surface(job)
+        return found if several else require_one_face(found)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -275,7 +276,7 @@ def compensate(
     from trueloop.jobs.surface.kept_parts import keep_surface, with_store
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
-    together = with_store(read(job), store.choice, keep_outliers=keep_outliers)
+    together = with_store(read(job, several=True), store.choice, keep_outliers=keep_outliers)
     given = together.read
     with busy(f"correcting by {len(given.inputs.parts)} parts") as progress:
         done = correct_surface(given, work=run.work(progress))

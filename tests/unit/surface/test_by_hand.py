@@ -1,15 +1,16 @@
 """Figures of a surface's correction by hand: ridges, places of a pass, a cutter's edge, motions of a part, lattices."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.support.surfaces import wavy_surface
-from trueloop.geometry.surface import fit_grid
+from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter, edge_centres_mm, tool_axes
-from trueloop.surface.compensation.shift import moved_locations, places
+from trueloop.surface.compensation.shift import MovedFace, moved_locations, moved_over_faces, places
 from trueloop.surface.deviations.alignment import count_told, form_size, rigid_motions, spread_of
 from trueloop.surface.separation.moran import lattice_of
 from trueloop_lab.loops.surface import form_alone_mm
@@ -97,6 +98,46 @@ def test_what_a_location_stands_off_is_kept_and_what_does_not_cut_stays() -> Non
     np.testing.assert_array_equal(found.cutting, cuts)
     np.testing.assert_allclose(found.tips_mm - tips, np.outer(cuts, [0.0, 0.0, 0.03]), atol=1e-7)
     np.testing.assert_allclose(found.gap_mm[:5], z[:5], atol=1e-9)
+
+
+def _patch(*corners: tuple[float, float, float]) -> Surface:
+    """A level patch through three corners: the first, and where u and v lead."""
+    first, along, across = (np.array(corner) for corner in corners)
+    u, v = (at[..., None] for at in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9), indexing="ij"))
+    return fit_grid(first + u * (along - first) + v * (across - first)).surface
+
+
+def _quarter(radius_mm: float) -> Surface:
+    """A hollow quarter of a cylinder about (5, y, 5), from the floor z = 0 to the wall x = 0, its normals inwards."""
+    angle, y = (
+        at[..., None] for at in np.meshgrid(np.linspace(0, np.pi / 2, 33), np.linspace(0, 10, 9), indexing="ij")
+    )
+    at = np.concatenate([5 - radius_mm * np.sin(angle), y, 5 - radius_mm * np.cos(angle)], axis=2)
+    made = fit_grid(at).surface
+    return made if made.normal(np.array([0.5]), np.array([0.5]))[0, 2] > 0 else made.turned_over()
+
+
+def _shifted(face: Surface, by_mm: tuple[float, float, float]) -> MovedFace:
+    return MovedFace(face, replace(face, control_mm=face.control_mm + np.array(by_mm)))
+
+
+def test_a_ball_in_a_corner_is_moved_by_floor_and_wall_and_on_either_by_that_alone() -> None:
+    """By hand: 10 µm more on the floor and 4 µm on the wall take a ball of 5 mm in the corner to (4, 0, 10)."""
+    floor = _shifted(_patch((0, 0, 0), (20, 0, 0), (0, 10, 0)), (0.0, 0.0, 0.010))
+    wall = _shifted(_patch((0, 0, 0), (0, 10, 0), (0, 0, 20)), (0.004, 0.0, 0.0))
+    tips, up = np.array([[5.0, 5.0, 0.0], [9.0, 5.0, 0.0], [5.0, 5.0, 9.0]]), np.tile([0.0, 0.0, 1.0], (3, 1))
+    found, nearest = moved_over_faces([floor, wall], Cutter(5.0, 5.0), tips, up)
+    np.testing.assert_allclose(1e3 * (found.tips_mm - tips), [[4, 0, 10], [0, 0, 10], [4, 0, 0]], atol=1e-6)
+    assert list(nearest[1:]) == [0, 1] and np.all(found.cutting)
+
+
+def test_a_ball_that_fills_a_fillet_is_moved_by_all_that_it_touches_wherever_the_nearest_place_is() -> None:
+    """Floor and wall end where the fillet begins. All lie 10 µm higher and 4 µm farther in: so does the ball."""
+    floor, wall = _patch((5, 0, 0), (20, 0, 0), (5, 10, 0)), _patch((0, 0, 5), (0, 10, 5), (0, 0, 20))
+    faces = [_shifted(face, (0.004, 0.0, 0.010)) for face in (floor, _quarter(5.0), wall)]
+    tip, up = np.array([[5.0, 5.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    found, _ = moved_over_faces(faces, Cutter(5.0, 5.0), tip, up)
+    np.testing.assert_allclose(1e3 * (found.tips_mm - tip), [[4, 0, 10]], atol=1e-2)
 
 
 SQUARE = np.array([[1.0, 1.0, 5.0], [1.0, -1.0, 5.0], [-1.0, 1.0, 5.0], [-1.0, -1.0, 5.0]])

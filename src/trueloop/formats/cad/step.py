@@ -18,8 +18,15 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.loops import Loop, Outline, exchanged, loops_of, outline_of, trimmed_face
-from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface import Surface, closest, near
 
+RUNS_ON_DEG: Final = 8.0
+"""Faces whose normals differ by no more along their common edge run on into each other."""
+JOINED_MM: Final = 0.01
+"""Edges of two faces as near as this are one edge: CAD systems state theirs to a hundredth at worst."""
+JOINED_PLACES: Final = 4
+"""Fewer places of an edge are a corner."""
+EDGE_PLACES: Final = 65
 STEP: Final = {".step", ".stp", ".p21"}
 IGES: Final = {".igs", ".iges"}
 IGES_TEXT: Final = 72
@@ -105,6 +112,42 @@ def read_face(path: Path, number: int | None = None) -> CadFace:
             values={"file": path.name, "faces": len(faces)},
         )
     return replace(faces[number - 1], others=(*faces[: number - 1], *faces[number:]))
+
+
+def groups_of(faces: Sequence[CadFace]) -> list[int]:
+    """Returns a number for each face, the same for faces that run on into each other: joined along an edge at which
+    their normals are within `RUNS_ON_DEG` all along.
+    """
+    group = list(range(len(faces)))
+    for k, face in enumerate(faces):
+        for j in range(k):
+            if group[j] != group[k] and _runs_on(face, faces[j]):
+                group = [group[j] if one == group[k] else one for one in group]
+    return group
+
+
+def _runs_on(face: CadFace, other: CadFace) -> bool:
+    edge = _edge_places(face)
+    (u0, u1), (v0, v1) = face.surface.domain
+    at = face.surface.partials(u0 + (u1 - u0) * edge[:, 0], v0 + (v1 - v0) * edge[:, 1])
+    kept = np.linalg.norm(np.cross(at.du, at.dv), axis=1) > 0
+    points, normal = at.point_mm[kept], face.surface.outward(at.point_mm[kept], at.du[kept], at.dv[kept])
+    some = near(other.surface, points, JOINED_MM)
+    if not len(some):
+        return False
+    feet = closest(other.surface, points[some])
+    here = (np.abs(feet.distance_mm) <= JOINED_MM) & (feet.beyond_mm <= JOINED_MM)
+    here[here] = ~other.trimmed_away(feet.u[here], feet.v[here]).astype(np.bool_)
+    alike = np.einsum("nk,nk->n", feet.normal[here], normal[some[here]])
+    return bool(len(alike) >= JOINED_PLACES and np.min(alike) >= np.cos(np.radians(RUNS_ON_DEG)))
+
+
+def _edge_places(face: CadFace) -> Array:
+    """Returns places along a face's edges, (n, 2) as shares of its parameters, a hair inside: a pole has no normal."""
+    line = np.linspace(0.0, 1.0, EDGE_PLACES)
+    whole = [np.column_stack(pair) for end in (0 * line, 0 * line + 1) for pair in ((line, end), (end, line))]
+    pieces = [piece for loop in face.loops for piece in loop] or whole
+    return np.clip(np.concatenate(pieces), 1e-6, 1 - 1e-6)
 
 
 def write_surface(surface: Surface, path: Path, loops: Sequence[Loop] = ()) -> None:

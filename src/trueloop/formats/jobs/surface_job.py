@@ -17,8 +17,10 @@ class SurfaceTable(Table):
 
     file: Path
     """STEP, IGES, or a CSV grid (`row,column,x_mm,y_mm,z_mm`) that a surface is put through."""
-    face: Count | None = None
-    """Which face of the CAD file, from 1, when it has several. The other faces are not converted."""
+    face: Count | Annotated[tuple[Count, ...], Field(min_length=1)] | None = None
+    """Which face of the CAD file, from 1, when it has several: one, or all that the program cuts, `[10, 13]`. The other
+    faces are not converted.
+    """
     flip: bool = False
     """Turn the normals over: they must point out of the material. A program whose tool runs on their inner side is
     refused (SRF-SIGN).

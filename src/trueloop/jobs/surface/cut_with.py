@@ -1,7 +1,7 @@
 """The correction with which a surface's measured parts were cut: stated in its job, or asked for."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from difflib import get_close_matches
 from glob import glob
@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Ran
 from trueloop.domain.option import latest_time
@@ -23,7 +24,7 @@ from trueloop.formats.record_file import read_record
 from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.surface import Surface, closest
 from trueloop.jobs.turned.cut_with import GIVEN, folders_near, require_later
-from trueloop.loops.surface.correction import SurfaceInputs, displacements_of
+from trueloop.loops.surface.correction import SurfaceInputs, displacements_of, faces_of
 from trueloop.surface.deviations.plausibility import refuse_unit
 from trueloop.surface.deviations.points import MeasuredPoints, on_face
 from trueloop.surface.on_face import Trim
@@ -55,7 +56,7 @@ def with_cut(inputs: SurfaceInputs, job: Path, stated: str, nominal: Path) -> Su
                     "name in gauging.points the parts that were cut with it alone",
                 )
         try:
-            terms = displacements_of(record)
+            terms = [displacements_of(record, k) for k in range(len(inputs.faces))]
         except (LookupError, TypeError, ValueError) as error:
             raise Code.REC_FILE.refusal(
                 f"{file.name!r} does not hold a surface's pattern: {type(error).__name__}: {error}",
@@ -67,7 +68,9 @@ def with_cut(inputs: SurfaceInputs, job: Path, stated: str, nominal: Path) -> Su
             check_same_program(ran, inputs.program_sha256)
     sha256 = inputs.program_sha256 or ("" if ran is None else sha256_of(ran))
     cut_with = CutWith(Ran.CORRECTED, record.id, sha256.lower())
-    return replace(inputs, cut_with=cut_with, in_force=terms, program_sha256=sha256 or None)
+    further = tuple(replace(face, in_force=own) for face, own in zip(inputs.further, terms[1:], strict=True))
+    ran_with = sha256 or None
+    return replace(inputs, cut_with=cut_with, in_force=terms[0], program_sha256=ran_with, further=further)
 
 
 def require_stated(inputs: SurfaceInputs, job: Path, output: Path, nominal: Path) -> None:
@@ -114,6 +117,9 @@ def _require_of_job(record: Record, inputs: SurfaceInputs, nominal: Path) -> Non
     surface, hashes = sha256_of(nominal.read_bytes()), set(record.inputs_sha256.values())
     if surface not in hashes:
         raise _refused(record, f"was not made from the nominal surface {nominal.name!r}", "name that in surface.file")
+    corrected, named = faces_of(record), [face.face for face in inputs.faces]
+    if corrected != named and len(corrected) + len(named) > 2:
+        raise _refused(record, f"corrects faces {corrected}, not {named}", "name in surface.face what it corrects")
     if inputs.program is None:
         return
     given = sha256_of(inputs.program.source)
@@ -193,15 +199,38 @@ def require_measured_once(files: Sequence[Path], hashes: Mapping[Path, str]) -> 
             )
 
 
-def read_measured(path: Path, job: SurfaceJobFile, surface: Surface, trim: Trim | None) -> MeasuredPoints:
-    """Reads a part's measured points, named as its file; of a scan those on the face.
+@dataclass(frozen=True, eq=False)
+class MeasuredFace:
+    """A face on which parts were measured: its surface, which places are cut away, its number beside others."""
 
-    Raises SRF-FILE, for a scan SRF-UNIT and SRF-OFF too, and JOB-KEY where the job does not state its frame.
+    surface: Surface
+    trim: Trim | None
+    number: int | None = None
+
+    def measured(self, scan: MeasuredPoints, normal: Array | None, farthest_mm: float) -> MeasuredPoints:
+        """Returns the points of a scan that are on the face. Raises SRF-OFF, SRF-UNIT, SRF-FILE."""
+        words = "the face" if self.number is None else f"face {self.number}"
+        with in_file(scan.file):
+            try:
+                return on_face(self.surface, scan, normal, farthest_mm, self.trim, words)
+            except TrueloopError as refused:
+                if refused.code is Code.SRF_OFF:
+                    error = closest(self.surface, scan.points_mm).distance_mm - scan.ball_radius_mm
+                    refuse_unit(self.surface, scan.points_mm, error, scan.ball_radius_mm, scan.name)
+                raise
+
+
+def read_measured(path: Path, job: SurfaceJobFile, faces: Sequence[MeasuredFace]) -> list[MeasuredPoints]:
+    """Reads a part's measured points, named as its file, for each face; of a scan, and where there are several faces,
+    those on it.
+
+    Raises SRF-FILE, for a scan SRF-UNIT and SRF-OFF too, JOB-KEY where the job does not state its frame, and SRF-GRID
+    for a grid over several faces.
     """
-    gauging = job.gauging
+    gauging, farthest_mm = job.gauging, options_from(SurfaceOptions, job).farthest_mm
     if not is_scan(path):
         read = read_points(path)
-        return MeasuredPoints(
+        points = MeasuredPoints(
             points_mm=read.points_mm,
             ball_radius_mm=gauging.ball_radius_mm,
             shape=read.shape,
@@ -209,6 +238,16 @@ def read_measured(path: Path, job: SurfaceJobFile, surface: Surface, trim: Trim 
             file=str(path),
             lines=read.lines,
         )
+        if len(faces) == 1:
+            return [points]
+        if read.shape is not None:
+            raise Code.SRF_GRID.refusal(
+                f"{path.name!r} is a grid of {read.shape[0]} × {read.shape[1]} points, and surface.face names "
+                f"{len(faces)} faces",
+                hint="leave out row and column: points then go to the faces that they are on",
+                place=Place(str(path)),
+            )
+        return [face.measured(points, None, farthest_mm) for face in faces]
     if "alignment" not in gauging.model_fields_set:
         raise Code.JOB_KEY.refusal(
             f"'gauging.alignment' is not stated, and {path.name!r} is a scan: 0 of its lines say how it was aligned",
@@ -219,25 +258,18 @@ def read_measured(path: Path, job: SurfaceJobFile, surface: Surface, trim: Trim 
     factor = None if gauging.unit is None else MM_PER_INCH if gauging.unit == "inch" else 1.0
     scan = read_scan(path, factor, gauging.columns)
     ball_radius_mm, at = gauging.ball_radius_mm, (path.stem, str(path), scan.lines)
-    measured = MeasuredPoints(scan.points_mm, ball_radius_mm, None, *at, rounding_mm=scan.rounding_mm)
-    with in_file(str(path)):
-        try:
-            return on_face(surface, measured, scan.normal, options_from(SurfaceOptions, job).farthest_mm, trim)
-        except TrueloopError as refused:
-            if refused.code is Code.SRF_OFF:
-                error = closest(surface, measured.points_mm).distance_mm - ball_radius_mm
-                refuse_unit(surface, measured.points_mm, error, ball_radius_mm, measured.name)
-            raise
+    points = MeasuredPoints(scan.points_mm, ball_radius_mm, None, *at, rounding_mm=scan.rounding_mm)
+    return [face.measured(points, scan.normal, farthest_mm) for face in faces]
 
 
-def inspection_of(job: SurfaceJobFile, measured: MeasuredPoints, sha256: str) -> Inspection:
-    """Makes the inspection of a measured part; its points stay in the file of that hash."""
+def inspection_of(job: SurfaceJobFile, measured: Sequence[MeasuredPoints], sha256: str) -> Inspection:
+    """Makes the inspection of a part measured on faces; its points stay in the file of that hash."""
     return Inspection(
-        part=Part(PartType(job.name), measured.name),
+        part=Part(PartType(job.name), measured[0].name),
         measured="CMM points",
         sha256=sha256,
-        count=int(np.isfinite(measured.points_mm).all(axis=1).sum()),
+        count=sum(int(np.isfinite(of_face.points_mm).all(axis=1).sum()) for of_face in measured),
         frame="part" if job.gauging.alignment == "datum" else "device",
         measured_at=job.gauging.measured_at,
-        ball_radius_mm=measured.ball_radius_mm,
+        ball_radius_mm=measured[0].ball_radius_mm,
     )

@@ -17,6 +17,7 @@ from trueloop.formats.record_file import read_record
 from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.jobs.surface.cut_with import (
+    MeasuredFace,
     inspection_of,
     point_files,
     read_measured,
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
 class ReadSurface:
     """A surface's job as values, and what it was read from: `files` are all inputs.
 
-    `face` is the CAD file's, where the surface comes from one; `store_db` is the store that the job names;
+    `faces` are the CAD file's, where the surface comes from one; `store_db` is the store that the job names;
     `cut_stated`: the job states what cut the parts.
     """
 
@@ -55,7 +56,7 @@ class ReadSurface:
     files: tuple[Path, ...]
     output_folder: Path
     cad_file: str
-    face: "CadFace | None" = None
+    faces: "tuple[CadFace, ...]" = ()
     store_db: str = ""
     cut_stated: bool = False
 
@@ -74,7 +75,8 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     points = point_files(path, job) if measured else []
     nominal = path.parent / job.surface.file
     program = path.parent / job.program.finish if job.program else None
-    surface, face = _nominal(nominal, job.surface.face, flip=job.surface.flip)
+    surfaces, cad_faces = _nominals(nominal, job.surface.face, flip=job.surface.flip)
+    several = len(surfaces) > 1
     stated = job.gauging.cut_with if measured else ""
     record = [path.parent / stated] if stated not in ("", GIVEN) else []
     for file in record:
@@ -84,9 +86,17 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     cutter = _cutter(job)
     if finish is not None and cutter is not None:
         with in_file(path):
-            require_outer_side(finish, surface, cutter)
-    trim = None if face is None else face.trimmed_away
-    parts = tuple(read_measured(file, job, surface, trim) for file in points)
+            for surface in surfaces:
+                require_outer_side(finish, surface, cutter)
+    faces = (
+        [MeasuredFace(surfaces[0], None)]
+        if not cad_faces
+        else [
+            MeasuredFace(surface, face.trimmed_away, face.number if several else None)
+            for surface, face in zip(surfaces, cad_faces, strict=True)
+        ]
+    )
+    measured_on = [read_measured(file, job, faces) for file in points]
     hashes = {file: sha256_of(file.read_bytes()) for file in files}
     require_measured_once(points, hashes)
     for file in points:
@@ -96,19 +106,28 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
                 hint="leave it out of gauging.points",
                 place=Place(str(path)),
             )
-    inputs = SurfaceInputs(
-        name=job.name,
-        surface=surface,
-        parts=parts,
-        options=options_of(job),
-        program=finish,
-        cutter=cutter,
-        sha256={_named(file, path.parent): digest for file, digest in hashes.items()},
-        trim=trim,
-        beside=face.others if face else (),
-        inspections=tuple(inspection_of(job, part, hashes[file]) for file, part in zip(points, parts, strict=True)),
-        program_sha256=job.gauging.program_sha256,
+    groups = _groups(cad_faces) if several else [0]
+    first, *further = (
+        SurfaceInputs(
+            name=job.name,
+            surface=face.surface,
+            parts=tuple(of_faces[k] for of_faces in measured_on),
+            options=options_of(job),
+            program=finish,
+            cutter=cutter,
+            sha256={_named(file, path.parent): digest for file, digest in hashes.items()},
+            trim=face.trim,
+            beside=_beside(cad_faces),
+            program_sha256=job.gauging.program_sha256,
+            face=face.number,
+            group=groups[k],
+        )
+        for k, face in enumerate(faces)
     )
+    inspections = tuple(
+        inspection_of(job, of_faces, hashes[file]) for file, of_faces in zip(points, measured_on, strict=True)
+    )
+    inputs = replace(first, inspections=inspections, further=tuple(further))
     folder, cad_file = path.parent / job.output.folder, job.compensation.cad_file
     given = bool(stated) or (finish is not None and job.gauging.program_sha256 is not None)
     inputs = with_cut(inputs, path, stated, nominal)
@@ -119,7 +138,7 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
         files=files,
         output_folder=folder,
         cad_file=cad_file,
-        face=face,
+        faces=cad_faces,
         store_db=job.store.db,
         cut_stated=given,
     )
@@ -169,7 +188,7 @@ def compare_jobs(before: ReadSurface, after: ReadSurface, work: Work = HERE) -> 
     for a job without parts.
     """
     with in_file(after.job):
-        require_comparable(before.inputs, after.inputs)
+        require_comparable(require_one_face(before).inputs, require_one_face(after).inputs)
     groups = []
     for read in (before, after):
         with in_file(read.job):
@@ -180,6 +199,46 @@ def compare_jobs(before: ReadSurface, after: ReadSurface, work: Work = HERE) -> 
 def read_nominal(path: Path, face: int | None, *, flip: bool) -> Surface:
     """Reads the nominal surface: a face of a CAD file, or a CSV grid that the surface goes through."""
     return _nominal(path, face, flip=flip)[0]
+
+
+def require_one_face(read: ReadSurface) -> ReadSurface:
+    """Returns a job that names one face. Raises SRF-CAD-CHOICE for several: `compensate` alone takes them."""
+    if read.inputs.further:
+        numbers = [face.face for face in read.inputs.faces]
+        raise Code.SRF_CAD_CHOICE.refusal(
+            f"surface.face names {len(numbers)} faces, {numbers}: here one is looked at",
+            hint="name one of them; `trueloop surface compensate` takes several, with --no-store",
+            place=Place(str(read.job)),
+            values={"file": read.nominal.name, "faces": len(numbers)},
+        )
+    return read
+
+
+def _nominals(
+    path: Path, face: int | tuple[int, ...] | None, *, flip: bool
+) -> "tuple[list[Surface], tuple[CadFace, ...]]":
+    """Returns the surface of every face that the job names, and the faces where a CAD file has them."""
+    numbers = face if isinstance(face, tuple) else (face,)
+    if len(set(numbers)) < len(numbers):
+        raise Code.JOB_KEY.refusal(
+            f"'surface.face' names a face twice: {list(numbers)}",
+            hint="name every face once",
+            values={"key": "surface.face"},
+        )
+    found = [_nominal(path, number, flip=flip) for number in numbers]
+    return [surface for surface, _ in found], tuple(face for _, face in found if face is not None)
+
+
+def _groups(faces: "tuple[CadFace, ...]") -> list[int]:
+    from trueloop.formats.cad.step import groups_of  # slow to import
+
+    return groups_of(faces)
+
+
+def _beside(faces: "tuple[CadFace, ...]") -> "tuple[CadFace, ...]":
+    """Returns the faces of the model that the job does not name."""
+    named = {face.number for face in faces}
+    return tuple(face for face in faces[0].others if face.number not in named) if faces else ()
 
 
 def _nominal(path: Path, face: int | None, *, flip: bool) -> "tuple[Surface, CadFace | None]":
@@ -242,12 +301,15 @@ def corrected_files(read: ReadSurface, done: RecordedCorrection) -> tuple[list[N
     'record.json'
     """
     files, notes, correction = list[Named](), list[str](), done.correction
-    if read.cad_file != "none":
-        mark = f"{MARK}: record {done.record.id}"
-        files, notes = _trimmed_file(read, correction.surface.surface, f"corrected.{read.cad_file}", mark)
+    for k, face in enumerate(correction.faces if read.cad_file != "none" else ()):
+        mark, name = f"{MARK}: record {done.record.id}", f"corrected{_of(face.model)}.{read.cad_file}"
+        written, note = _trimmed_file(read, face.surface.surface, name, mark, k)
+        files += written
+        notes += note
     if correction.program is not None and read.inputs.program is not None:
         files.append((f"corrected{Path(str(read.inputs.program.file)).suffix}", correction.program.source))
-    files += _report_files(read.inputs.name, correction.model, correction)
+    for face in correction.faces:
+        files += _report_files(read.inputs.name, face.model, replace(face, program=correction.program))
     return [*files, ("record.json", done.record.to_json().encode())], notes
 
 
@@ -282,19 +344,27 @@ def _report_files(
     name: str, model: SurfaceModel, correction: SurfaceCorrection | None = None, written: Sequence[WrittenPattern] = ()
 ) -> list[Named]:
     """pattern.json, pattern.html, maps.svg, and the maps of every part."""
+    of_face, title = _of(model), name if model.face is None else f"{name}, face {model.face}"
     return [
-        ("pattern.json", pattern_to_json(model.pattern)),
-        ("pattern.html", surface_page(name, model, correction, written).encode()),
-        ("maps.svg", maps_picture(model).encode()),
-        *((f"{maps.name}-maps.csv", maps_to_csv(maps, normal)) for maps, normal in maps_of(model)),
+        (f"pattern{of_face}.json", pattern_to_json(model.pattern)),
+        (f"pattern{of_face}.html", surface_page(title, model, correction, written).encode()),
+        (f"maps{of_face}.svg", maps_picture(model).encode()),
+        *((f"{maps.name}-maps{of_face}.csv", maps_to_csv(maps, normal)) for maps, normal in maps_of(model)),
     ]
 
 
-def _trimmed_file(read: ReadSurface, surface: Surface, name: str, mark: str) -> tuple[list[Named], list[str]]:
+def _of(model: SurfaceModel) -> str:
+    """Returns what the names of a face's files have in them, where the job names several."""
+    return "" if model.face is None else f"-face-{model.face}"
+
+
+def _trimmed_file(
+    read: ReadSurface, surface: Surface, name: str, mark: str, face: int = 0
+) -> tuple[list[Named], list[str]]:
     """A surface as the file `name`, STEP or IGES by its ending, and a note where it had to be left whole."""
     from trueloop.formats.cad.step import surface_to_bytes  # slow to import
 
-    ending, loops = name.rpartition(".")[2], read.face.loops if read.face else ()
+    ending, loops = name.rpartition(".")[2], read.faces[face].loops if read.faces else ()
     try:
         return [(name, surface_to_bytes(surface, ending, mark, loops))], []
     except TrueloopError as error:

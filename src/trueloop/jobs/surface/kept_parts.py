@@ -17,7 +17,7 @@ from trueloop.geometry.surface import Surface, closest
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
 from trueloop.jobs.store.of_this_part import cuts_of, require_file_of_part
 from trueloop.jobs.store.opened import Beside, Choice, store_of
-from trueloop.jobs.surface.job import ReadSurface, require_cut_stated
+from trueloop.jobs.surface.job import ReadSurface, require_cut_stated, require_one_face
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, enveloped
 from trueloop.loops.surface.surface import HERE, Work, model_of
 from trueloop.storage.kinds import joined
@@ -237,6 +237,7 @@ def with_store(read: ReadSurface, db: Choice, beside: Beside = "used", *, keep_o
     store = store_of(read.job.parent, db, read.store_db, beside)
     if store is None:
         return Together(read, None, ())
+    require_one_face(read)
 
     with in_file(read.job):
         together, notes = with_kept_parts(store, read)

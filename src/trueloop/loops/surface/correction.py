@@ -22,12 +22,15 @@ from trueloop.loops.surface.figures import SurfaceFigures, check_support, headli
 from trueloop.loops.surface.over_parts import without_outliers
 from trueloop.loops.surface.surface import (
     HERE,
+    FaceToCorrect,
     Part,
     SurfaceCorrection,
     SurfaceModel,
     Work,
     WorstTouch,
     correct,
+    few_parts_field,
+    kept_parts,
     model_of,
     pattern_model,
 )
@@ -36,10 +39,11 @@ from trueloop.nc.program.unit import recorded_program
 from trueloop.surface.compensation.program import CorrectedProgram
 from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob
 from trueloop.surface.deviations.alignment import Alignment
-from trueloop.surface.deviations.deviations import SurfaceDeviations
+from trueloop.surface.deviations.deviations import SurfaceDeviations, fit_of_faces
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.on_face import NextFace, OnFace, Trim
 from trueloop.surface.options import SurfaceOptions
+from trueloop.surface.pattern.field import FaceParts
 from trueloop.surface.pattern.kriging import FieldProcess, Process
 from trueloop.surface.pattern.pattern import Outlier, Pattern
 from trueloop.surface.pattern.support import Support
@@ -93,6 +97,8 @@ class SurfaceInputs:
     program that cut the parts, if known. The first `earlier` of the parts and inspections come from a store: their age
     is not held against them. `leave_out`: parts that are outlying beyond doubt do not count for the pattern.
     `cut_with`: the correction in force when the parts were cut, and `in_force` what it takes off along the normal.
+    `further`: other faces of the same parts that the job names, each with its own surface, points, trim and what is in
+    force there; `face` is this one's number then, and `group` alike for faces that run on into each other.
     """
 
     name: str
@@ -110,6 +116,14 @@ class SurfaceInputs:
     leave_out: bool = True
     cut_with: CutWith = GIVEN
     in_force: tuple[SplineSurface, ...] = ()
+    further: tuple["SurfaceInputs", ...] = ()
+    face: int | None = None
+    group: int = 0
+
+    @property
+    def faces(self) -> tuple["SurfaceInputs", ...]:
+        """Returns the inputs of all faces."""
+        return (self, *self.further)
 
     @property
     def measured_at(self) -> datetime | None:
@@ -135,14 +149,27 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
     limits = inputs.options.limits
     ran = None if inputs.cut_with.corrected else inputs.program_sha256
     notes = refuse_misuse(inputs.program, ran, inputs.measured_at, now, limits)
-    parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
-    model = pattern_of_inputs(inputs, parts)
+    model, *further = models = _models(inputs, work)
     inputs = replace(inputs, options=model.options)
-    check_support(model.figures, inputs.options.least_supported)
-    check_surface_scatter(model, limits)
+    for face in models:
+        check_support(face.figures, inputs.options.least_supported)
+        check_surface_scatter(face, limits)
     options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}
+    if further:
+        options |= {"faces": [face.face for face in models]}
     identity = record_id(dict(inputs.sha256), options)
-    correction = correct(model, inputs.program, inputs.cutter, identity, beside=inputs.beside, in_force=inputs.in_force)
+    correction = correct(
+        model,
+        inputs.program,
+        inputs.cutter,
+        identity,
+        beside=inputs.beside,
+        in_force=inputs.in_force,
+        trim=inputs.trim,
+        further=[
+            FaceToCorrect(face, given.trim, given.in_force) for face, given in zip(further, inputs.further, strict=True)
+        ],
+    )
     record = Record(
         id=identity,
         made_at=now.isoformat(timespec="seconds"),
@@ -150,7 +177,7 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
         trueloop_version=__version__,
         inputs_sha256=dict(inputs.sha256),
         options=options | ({"unit": correction.program.unit} if correction.program else {}),
-        model=_model_record(correction) | {IN_FORCE: [_term(term) for term in inputs.in_force]},
+        model=_model_record(correction, inputs),
         decision=_decision(correction, inputs.cut_with),
         changes=correction.program.changes if correction.program else [],
         product=Product.SURFACE,
@@ -162,6 +189,33 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
         cut_with=inputs.cut_with,
     )
     return RecordedCorrection(correction, record, tuple(notes))
+
+
+def _models(inputs: SurfaceInputs, work: Work) -> list[SurfaceModel]:
+    """Returns the model of every face. Several faces have one alignment a part, and one field over all."""
+    faces, options = inputs.faces, inputs.options
+    if not inputs.further:
+        parts = model_of(inputs.surface, inputs.parts, options, trim=inputs.trim, work=work)
+        return [pattern_of_inputs(inputs, parts)]
+    fits = []
+    if options.best_fit:
+        of_parts = zip(*(face.parts for face in faces), strict=True)
+        fits = [fit_of_faces([face.surface for face in faces], points, options.setup_mm) for points in of_parts]
+    apart = [model_of(face.surface, face.parts, options, trim=face.trim, fits=fits, work=work) for face in faces]
+    left_out = list[tuple[Finding, ...]]()
+    for parts in apart:
+        options, odd = without_outliers(parts, options) if inputs.leave_out else (options, ())
+        left_out.append(odd)
+    kept = [kept_parts(parts, options) for parts in apart]
+    measured = [
+        FaceParts(face.surface, [part.separation for part in parts], face.group)
+        for face, parts in zip(faces, kept, strict=True)
+    ]
+    fields = few_parts_field(measured, [part.deviations.name for part in kept[0]], options)
+    return [
+        pattern_model(face.surface, parts, options, trim=face.trim, left_out=odd, field=field, face=face.face)
+        for face, parts, odd, field in zip(faces, apart, left_out, fields, strict=True)
+    ]
 
 
 def pattern_of_inputs(inputs: SurfaceInputs, parts: Sequence[Part]) -> SurfaceModel:
@@ -186,8 +240,20 @@ def _program(inputs: SurfaceInputs, correction: SurfaceCorrection) -> RecordedPr
     )
 
 
-def _model_record(correction: SurfaceCorrection) -> dict[str, object]:
-    """Returns the record of the pattern with its control values, and the tests' results on every part."""
+def _model_record(correction: SurfaceCorrection, inputs: SurfaceInputs) -> dict[str, object]:
+    """Returns the record of the pattern with its control values, and the tests' results on every part; of all faces."""
+    first, *further = (
+        {**_pattern_record(done), IN_FORCE: [_term(term) for term in given.in_force]}
+        for done, given in zip(correction.faces, inputs.faces, strict=True)
+    )
+    return (
+        first
+        | {"findings": [f"{one.code}: {one.message}" for one in correction.findings]}
+        | ({FURTHER: further} if further else {})
+    )
+
+
+def _pattern_record(correction: SurfaceCorrection) -> dict[str, object]:
     model, pattern = correction.model, correction.model.pattern
     return {
         "size": asdict(pattern.size),
@@ -208,20 +274,30 @@ def _model_record(correction: SurfaceCorrection) -> dict[str, object]:
             }
             for part in model.parts
         ],
-        "findings": [f"{finding.code}: {finding.message}" for finding in correction.findings],
-    }
+    } | ({} if model.face is None else {"face": model.face})
 
 
 IN_FORCE: Final = "in_force"
 """Key of a record's model: the terms that earlier corrections take off, each with its `size` and `control_um`."""
 
 
+FURTHER: Final = "further"
+"""Key of a record's model: the patterns of the other faces that were corrected together."""
+
+
+def faces_of(record: Record) -> list[object]:
+    """Returns the numbers of the faces that a record corrects together; [None] for a single one."""
+    model: Any = record.model
+    return [one.get("face") for one in (model, *model.get(FURTHER, ()))]
+
+
 def _term(term: SplineSurface) -> dict[str, object]:
     return {"size": asdict(term.size), "control_um": (term.coefficients_mm * UM_PER_MM).tolist()}
 
 
-def displacements_of(record: Record) -> tuple[SplineSurface, ...]:
-    """Returns all that a surface's correction takes off along the normal, mm: earlier corrections and its own.
+def displacements_of(record: Record, face: int = 0) -> tuple[SplineSurface, ...]:
+    """Returns all that a surface's correction takes off along the normal, mm: earlier corrections and its own; of the
+    face of that place, from 0, in the record.
 
     Raises LookupError, TypeError and ValueError for a record whose model is not a surface's.
     """
@@ -231,21 +307,26 @@ def displacements_of(record: Record) -> tuple[SplineSurface, ...]:
         values_mm = weight * np.array(control_um, float).reshape(shape.rows, shape.columns) / UM_PER_MM
         return SplineSurface(shape, values_mm)
 
-    model: Any = record.model
+    of_all: Any = record.model
+    model = (of_all, *of_all.get(FURTHER, ()))[face]
     earlier = [term(one["size"], one["control_um"], 1.0) for one in model.get(IN_FORCE, ())]
     weight: Any = record.options["weight"]
     return *earlier, term(model["control_size"], model["control_um"], float(weight))
 
 
-def _decision(correction: SurfaceCorrection, cut_with: CutWith) -> list[str]:
-    pattern, figures = correction.model.pattern, correction.model.figures
-    words = [
-        f"the pattern of {pattern.of_parts} is known to ± {figures.uncertainty_mm * UM_PER_MM:.2f} µm (95 %, mean "
-        f"over the face)",
-        *([headline(figures)] if headline(figures) else []),
-        f"the surface is moved by up to {correction.surface.largest_shift_mm * UM_PER_MM:.2f} µm, refitted to "
-        f"{correction.surface.worst_mm * UM_PER_MM:.3f} µm",
+def _face_decision(face: SurfaceCorrection) -> list[str]:
+    pattern, figures, of_face = face.model.pattern, face.model.figures, face.model.of_face
+    return [
+        f"{of_face}the pattern of {pattern.of_parts} is known to ± {figures.uncertainty_mm * UM_PER_MM:.2f} µm (95 %, "
+        f"mean over the face)",
+        *([of_face + headline(figures)] if headline(figures) else []),
+        f"{of_face}the surface is moved by up to {face.surface.largest_shift_mm * UM_PER_MM:.2f} µm, refitted to "
+        f"{face.surface.worst_mm * UM_PER_MM:.3f} µm",
     ]
+
+
+def _decision(correction: SurfaceCorrection, cut_with: CutWith) -> list[str]:
+    words = [word for face in correction.faces for word in _face_decision(face)]
     if cut_with.corrected:
         words.append(
             f"of which correction {cut_with.correction}, up to {correction.in_force_mm * UM_PER_MM:.2f} µm, was in "

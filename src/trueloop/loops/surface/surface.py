@@ -20,12 +20,13 @@ from trueloop.loops.surface.figures import (
 )
 from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, Steps, corrected_program
-from trueloop.surface.compensation.shift import CorrectedSurface, Displacement, SurfaceJob, corrected_surface
+from trueloop.surface.compensation.shift import CorrectedSurface, Displacement, MovedFace, SurfaceJob, corrected_surface
+from trueloop.surface.deviations.alignment import Alignment
 from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.on_face import NextFace, OnFace, Trim, on_face
 from trueloop.surface.options import SurfaceOptions
-from trueloop.surface.pattern.field import FaceParts, fields_of
+from trueloop.surface.pattern.field import FaceField, FaceParts, fields_of
 from trueloop.surface.pattern.pattern import LEAST_PARTS, PartMaps, Pattern, part_maps, parts_needed, pattern_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places, places_of, same_places
@@ -119,7 +120,7 @@ class Part:
 @dataclass(frozen=True, eq=False)
 class SurfaceModel:
     """All parts, their pattern, and how many parts the wanted uncertainty needs; `figures` are of what is `on_face`,
-    `left_out` reports parts that are outlying beyond doubt.
+    `left_out` reports parts that are outlying beyond doubt. `face` is its number, where a job names several.
     """
 
     surface: Surface
@@ -130,10 +131,20 @@ class SurfaceModel:
     figures: SurfaceFigures
     on_face: OnFace
     left_out: tuple[Finding, ...] = ()
+    face: int | None = None
+
+    @property
+    def of_face(self) -> str:
+        """Returns "face 3: " where a job names several faces, else nothing."""
+        return "" if self.face is None else f"face {self.face}: "
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Returns the findings in the parts and between them."""
+        return tuple(replace(finding, message=f"{self.of_face}{finding.message}") for finding in self._findings)
+
+    @property
+    def _findings(self) -> tuple[Finding, ...]:
         own = [finding for part in self.parts for finding in part.findings]
         names = [part.deviations.name for part in self.parts]
         rigid = () if self.options.best_fit else rigid_findings(self.figures, names, self.options.setup_mm)
@@ -154,7 +165,7 @@ def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceCorrection:
-    """The corrected surface, and the corrected program where one was given.
+    """The corrected surface, and the corrected program where one was given; `further` faces that it cuts, without it.
 
     `in_force_mm`: how far the correction that had cut the measured parts moves the surface at most, 0: none had.
     """
@@ -163,11 +174,18 @@ class SurfaceCorrection:
     surface: CorrectedSurface
     program: CorrectedProgram | None
     in_force_mm: float = 0.0
+    further: tuple["SurfaceCorrection", ...] = ()
+
+    @property
+    def faces(self) -> tuple["SurfaceCorrection", ...]:
+        """Returns the corrections of all faces."""
+        return (self, *self.further)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Returns the findings of the pattern and of the program."""
-        return (*self.model.findings, *(() if self.program is None else self.program.findings))
+        """Returns the findings of the patterns and of the program."""
+        of_models = [finding for face in self.faces for finding in face.model.findings]
+        return (*of_models, *(() if self.program is None else self.program.findings))
 
 
 def deviations_of(
@@ -176,11 +194,13 @@ def deviations_of(
     options: SurfaceOptions,
     *,
     trim: Trim | None = None,
+    fits: Sequence[Alignment] = (),
     work: Work = HERE,
 ) -> Iterator[SurfaceDeviations]:
     """Deviations of every part, one after the other.
 
-    trim: which places (u, v) of the surface are cut away; the CAD kernel, which knows, stays in this process.
+    fits: how each part was fitted by all its faces, where it was measured on several. trim: which places (u, v) of the
+    surface are cut away; the CAD kernel, which knows, stays in this process.
 
     >>> job = trueloop.read_surface(trueloop.example("surface/surface.toml"))
     >>> given = replace(job.inputs, parts=job.inputs.parts[:3])
@@ -190,7 +210,8 @@ def deviations_of(
     S02: 4.3 µm
     S03: 4.2 µm
     """
-    tasks = [_Task(surface, points, options) for points in parts]
+    of_parts = fits or (None,) * len(parts)
+    tasks = [_Task(surface, points, options, fit) for points, fit in zip(parts, of_parts, strict=True)]
     for points, deviations in zip(parts, work.done(_deviations, tasks, "deviations"), strict=True):
         if trim is not None:
             refuse_trimmed(points, deviations, trim)
@@ -203,9 +224,12 @@ def model_of(
     options: SurfaceOptions,
     *,
     trim: Trim | None = None,
+    fits: Sequence[Alignment] = (),
     work: Work = HERE,
 ) -> list[Part]:
     """Takes every part's deviations apart. Parts measured at the same places of a grid share their neighbourhood.
+
+    trim, fits: as in `deviations_of`.
 
     >>> job = trueloop.read_surface(trueloop.example("surface/surface.toml"))
     >>> given = replace(job.inputs, parts=job.inputs.parts[:3])
@@ -215,7 +239,7 @@ def model_of(
     9 × 9, degree 3, random 2.2 µm
     9 × 9, degree 3, random 2.1 µm
     """
-    found = list(deviations_of(surface, parts, options, trim=trim, work=work))
+    found = list(deviations_of(surface, parts, options, trim=trim, fits=fits, work=work))
     placed = [_placed(surface, points, deviations, options) for points, deviations in zip(parts, found, strict=True)]
     shared = same_places([places for places, _ in placed])
     near = [Neighbourhood(places, options.exponent) for places in dict.fromkeys(shared)]
@@ -251,18 +275,20 @@ def pattern_model(
     *,
     trim: Trim | None = None,
     left_out: tuple[Finding, ...] = (),
+    field: FaceField | None = None,
+    face: int | None = None,
 ) -> SurfaceModel:
     """Returns the machining pattern of the parts that are not excluded. Raises SRF-PARTS for none, and for fewer than
     three whose location counts: that of one part is as much its set-up's.
 
     trim: which places (u, v) of the surface are cut away, as in `deviations_of`. left_out: reports of excluded parts.
+    field: the pattern's, where the job names several faces.
     """
-    kept = [part for part in parts if part.deviations.name not in options.exclude]
+    kept = kept_parts(parts, options)
     names = [part.deviations.name for part in kept]
-    apart, field = [part.separation for part in kept], None
-    if len(kept) < LEAST_PARTS:
-        require_form_alone(names, options)
-        (field,) = fields_of([FaceParts(surface, apart)], options.own_mm, seen=False)
+    apart = [part.separation for part in kept]
+    if field is None and len(kept) < LEAST_PARTS:
+        (field,) = few_parts_field([FaceParts(surface, apart)], names, options)
     pattern = pattern_of(apart, names, confidence=options.confidence, field=field)
     there, needed = on_face(surface, trim), parts_needed(pattern, options.target_mm)
     return SurfaceModel(
@@ -274,7 +300,21 @@ def pattern_model(
         figures=figures_of(surface, pattern, there),
         on_face=there,
         left_out=left_out,
+        face=face,
     )
+
+
+def kept_parts(parts: Sequence[Part], options: SurfaceOptions) -> list[Part]:
+    """Returns the parts that are not excluded."""
+    return [part for part in parts if part.deviations.name not in options.exclude]
+
+
+def few_parts_field(faces: Sequence[FaceParts], names: Sequence[str], options: SurfaceOptions) -> list[FaceField]:
+    """Returns the field on every face; of fewer than three parts, where form alone counts. Raises SRF-PARTS."""
+    few = len(names) < LEAST_PARTS
+    if few:
+        require_form_alone(names, options)
+    return fields_of(faces, options.own_mm, seen=not few)
 
 
 def require_form_alone(names: Sequence[str], options: SurfaceOptions) -> None:
@@ -292,6 +332,17 @@ def require_form_alone(names: Sequence[str], options: SurfaceOptions) -> None:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class FaceToCorrect:
+    """A further face that the program cuts: its model, which of its places are cut away, and, as `correct` has it, what
+    is in force.
+    """
+
+    model: SurfaceModel
+    trim: Trim | None
+    in_force: Sequence[SplineSurface] = ()
+
+
 def correct(
     model: SurfaceModel,
     program: Program | None = None,
@@ -300,17 +351,40 @@ def correct(
     *,
     beside: Sequence[NextFace] = (),
     in_force: Sequence[SplineSurface] = (),
+    trim: Trim | None = None,
+    further: Sequence[FaceToCorrect] = (),
 ) -> SurfaceCorrection:
     """Returns the surface corrected by −w times the pattern, and the program that cuts it.
 
-    in_force: displacements that had been taken off when the measured parts were cut; they stay taken off.
+    in_force: displacements that had been taken off when the measured parts were cut; they stay taken off. further:
+    faces of the part that the program cuts too; `trim` says then where this one ends.
 
     Raises SRF-PARTS for a pattern that the parts do not determine, CMP-SLOPE for a step towards one of the faces
     `beside` it that the program cuts on.
     """
-    options = model.options
+    options, own = model.options, _corrected_face(model, in_force)
+    others = tuple(_corrected_face(face.model, face.in_force) for face in further)
+    if program is None or job is None:
+        return replace(own, further=others)
+    written = corrected_program(
+        program,
+        model.surface,
+        own.surface.surface,
+        job,
+        record_id,
+        steps=Steps(tuple(beside), options.limits),
+        trim=trim if further else None,
+        further=[
+            MovedFace(face.model.surface, done.surface.surface, face.trim)
+            for face, done in zip(further, others, strict=True)
+        ],
+    )
+    return replace(own, program=written, further=others)
+
+
+def _corrected_face(model: SurfaceModel, in_force: Sequence[SplineSurface]) -> SurfaceCorrection:
+    options, before = model.options, Displacement(tuple(in_force))
     require_known(model.figures, model.pattern, model.on_face, options.best_fit)
-    before = Displacement(tuple(in_force))
     corrected = corrected_surface(
         model.surface,
         Displacement((*before.terms, weighted(model))),
@@ -318,11 +392,7 @@ def correct(
         limits=options.limits,
         there=model.on_face,
     )
-    written = None
-    if program is not None and job is not None:
-        steps = Steps(tuple(beside), options.limits)
-        written = corrected_program(program, model.surface, corrected.surface, job, record_id, steps=steps)
-    return SurfaceCorrection(model, corrected, written, before.largest_mm(model.on_face) if in_force else 0.0)
+    return SurfaceCorrection(model, corrected, None, before.largest_mm(model.on_face) if in_force else 0.0)
 
 
 def weighted(model: SurfaceModel) -> SplineSurface:
@@ -336,6 +406,7 @@ class _Task:
     surface: Surface
     points: MeasuredPoints
     options: SurfaceOptions
+    fit: Alignment | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,7 +421,11 @@ class _Apart:
 def _deviations(task: _Task) -> SurfaceDeviations:
     options = task.options
     return surface_deviations(
-        task.surface, task.points, fit=options.best_fit, farthest_mm=options.farthest_mm, setup_mm=options.setup_mm
+        task.surface,
+        task.points,
+        fit=options.best_fit if task.fit is None else task.fit,
+        farthest_mm=options.farthest_mm,
+        setup_mm=options.setup_mm,
     )
 
 

@@ -57,8 +57,21 @@ def pattern_summary(
 ) -> dict[str, object]:
     """Summarizes the pattern: figures, findings, notes, and files written. `record`: the id of the correction by it."""
     model = made.model if isinstance(made, SurfaceCorrection) else made
+    further = made.further if isinstance(made, SurfaceCorrection) else ()
+    return {
+        **_model_summary(model),
+        **({"further_faces": [_model_summary(face.model) for face in further]} if further else {}),
+        "findings": as_words(made.findings),
+        "record": record,
+        "notes": list(notes),
+        "files": list(files),
+    }
+
+
+def _model_summary(model: SurfaceModel) -> dict[str, object]:
     pattern, figures = model.pattern, model.figures
     return {
+        **({} if model.face is None else {"face": model.face}),
         "parts": [part_row(part) for part in model.parts],
         "controls": str(pattern.size),
         "largest_um": UM_PER_MM * figures.largest_mm,
@@ -67,10 +80,6 @@ def pattern_summary(
         "random_sigma_um": pattern.sigma_mm * UM_PER_MM,
         "parts_needed": model.parts_needed,
         "outlying": [odd.name for odd in pattern.outlying],
-        "findings": as_words(made.findings),
-        "record": record,
-        "notes": list(notes),
-        "files": list(files),
     }
 
 
@@ -82,17 +91,19 @@ def added_lines(kept: str, parts: int, findings: Sequence[Finding], notes: Seque
 
 def pattern_lines(made: SurfaceModel | SurfaceCorrection, notes: Sequence[str], files: Sequence[str]) -> list[str]:
     """Returns a pattern, or the correction by it, as lines of text."""
-    model = made.model if isinstance(made, SurfaceCorrection) else made
+    models = [face.model for face in made.faces] if isinstance(made, SurfaceCorrection) else [made]
+    of_models = [line for model in models for line in _model_lines(model)]
+    return [*of_models, *map(str, made.findings), *notes, *files]
+
+
+def _model_lines(model: SurfaceModel) -> list[str]:
     pattern, figures, known = model.pattern, model.figures, headline(model.figures)
     return [
-        f"pattern of {pattern.of_parts}: {pattern.size} control points, up to "
+        f"{model.of_face}pattern of {pattern.of_parts}: {pattern.size} control points, up to "
         f"{UM_PER_MM * figures.largest_mm:.1f} µm, known to ± {UM_PER_MM * figures.uncertainty_mm:.2f} µm (95 %); "
         f"random part {pattern.sigma_mm * UM_PER_MM:.2f} µm; {model.parts_needed} parts for ± "
         f"{model.options.target_mm * UM_PER_MM:g} µm",
-        *([known] if known else []),
-        *map(str, made.findings),
-        *notes,
-        *files,
+        *([model.of_face + known] if known else []),
     ]
 
 

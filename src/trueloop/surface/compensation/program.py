@@ -8,7 +8,7 @@ Places where a corrected program, as it is written, would cut into the corrected
 Not only the pass: leads, links and rapid moves stay where they were while the surface may have been raised under them.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
@@ -42,8 +42,8 @@ from trueloop.nc.program.understood import (
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.surface.compensation.cutter import Cutter, ToolAxes, check_tool_axes, contacts, edge_centres_mm, tool_axes
 from trueloop.surface.compensation.placed import looked_at, on_surface, require_one_zero, require_same_shifts, shifts_mm
-from trueloop.surface.compensation.shift import SAME_MM, Samples, SurfaceJob, places, sampled
-from trueloop.surface.on_face import NextFace
+from trueloop.surface.compensation.shift import SAME_MM, MovedFace, Samples, SurfaceJob, places, sampled
+from trueloop.surface.on_face import NextFace, Trim
 from trueloop.units import UM_PER_MM
 
 WIDE_MM: Final = 0.1
@@ -61,9 +61,11 @@ class Steps:
     beside: tuple[NextFace, ...]
     limits: Limits
 
-    def check(self, path: ToolPath, samples: Samples, nominal: Surface, job: SurfaceJob) -> tuple[Finding, ...]:
-        """Returns a warning of the steps at places where the tool leaves or enters the face while it cuts a face beside
-        it, which stays as it is. Raises CMP-SLOPE where the largest is steeper than the limit.
+    def check(
+        self, path: ToolPath, samples: Samples, faces: Sequence[MovedFace], job: SurfaceJob
+    ) -> tuple[Finding, ...]:
+        """Returns a warning of the steps at places where the tool leaves or enters the faces while it cuts one beside
+        them, which stays as it is. Raises CMP-SLOPE where the largest is steeper than the limit.
         """
         last, after = _changes(path, samples)
         moved_mm = np.linalg.norm(samples.after_mm[last] - samples.before_mm[last], axis=1)
@@ -72,13 +74,17 @@ class Steps:
         if not len(some) or not self.beside:
             return ()
         move, share = samples.move[last[some]], samples.share[last[some]]
-        touch = contacts(nominal, job.cutter, samples.before_mm[last[some]], samples.axes.directions(move, share))
-        foot, normal = touch.feet.point_mm, touch.feet.normal
-        centre = foot + (touch.gap_mm + job.cutter.corner_mm)[:, None] * normal
+        foot, normal, away_mm = np.empty((len(some), 3)), np.empty((len(some), 3)), np.empty(len(some))
+        directions = samples.axes.directions(move, share)
+        for k, face in enumerate(faces):
+            of = np.flatnonzero(samples.face[last[some]] == k)
+            touch = contacts(face.nominal, job.cutter, samples.before_mm[last[some[of]]], directions[of])
+            foot[of], normal[of], away_mm[of] = touch.feet.point_mm, touch.feet.normal, touch.gap_mm
+        centre = foot + (away_mm + job.cutter.corner_mm)[:, None] * normal
         centre = centre + samples.before_mm[after[some]] - samples.before_mm[last[some]]
         onto = np.zeros(len(some), int)
-        for face in self.beside:
-            onto[(onto == 0) & _cuts(face, centre, normal, job)] = face.number
+        for other in self.beside:
+            onto[(onto == 0) & _cuts(other, centre, normal, job)] = other.number
         if not np.any(onto):
             return ()
         worst = int(np.argmax(np.where(onto > 0, slope[some], 0.0)))
@@ -137,30 +143,30 @@ AROUND: Final = 12
 
 
 def check_gouges(
-    program: Program,
-    path: ToolPath,
-    axes: ToolAxes,
-    cutting: Flags,
-    nominal: Surface,
-    corrected: Surface,
-    job: SurfaceJob,
+    program: Program, path: ToolPath, axes: ToolAxes, passes: tuple[Flags, Flags], face: MovedFace, job: SurfaceJob
 ) -> None:
     """Refuses moves, at feed or rapid, that take the cutter into the corrected surface by more than `job.gouge_mm`.
 
-    Looked at are the moves of the pass, `cutting` (n,), and all others of its tool and work offset that begin and end
-    where the program says, without G41 or G42. Chords within `job.tolerance_mm` of what they stand for are allowed that
-    much more. A place beside the pass that lay deeper than `job.cuts_mm` in the nominal surface already is left alone:
-    it is on the other side of a wall, or as deep as its programmer meant. Raises SRF-GOUGE.
+    Looked at are the moves of the pass, the first of `passes` (n,), of which the second cut this face, and all others
+    of its tool and work offset that begin and end where the program says, without G41 or G42. Chords within
+    `job.tolerance_mm` of what they stand for are allowed that much more. A place beside the pass that lay deeper than
+    `job.cuts_mm` in the nominal surface already is left alone: it is on the other side of a wall, or as deep as its
+    programmer meant. Raises SRF-GOUGE.
     """
+    cutting, of_face = passes
     before, after = said_ends(program, path)
     like = np.isin(path.tool, path.tool[cutting]) & np.isin(path.work_offset, path.work_offset[cutting])
     beside = np.all(before & after, axis=1) & like & (path.compensation == NO_COMPENSATION) & ~axes.unsaid
     move, share = places(path, axes, np.flatnonzero(cutting | beside), job.sample_mm)
     tips, directions = points_along(path, move, share), axes.directions(move, share)
-    depth_mm, points = depths_mm(corrected, job.cutter, tips, directions)
+    depth_mm, points = depths_mm(face.corrected, job.cutter, tips, directions)
     deep = np.flatnonzero(depth_mm > job.gouge_mm + job.tolerance_mm)
-    own_mm, _ = depths_mm(nominal, job.cutter, tips[deep], directions[deep])
-    deep = deep[cutting[move[deep]] | (own_mm <= job.cuts_mm)]
+    own_mm, feet_mm = depths_mm(face.nominal, job.cutter, tips[deep], directions[deep])
+    real = of_face[move[deep]] | (own_mm <= job.cuts_mm)
+    if face.trim is not None and len(deep):
+        at = closest(face.nominal, feet_mm)
+        real &= ~face.trim(at.u, at.v).astype(np.bool_)
+    deep = deep[real]
     if len(deep):
         worst = deep[np.argmax(depth_mm[deep])]
         x, y, z = points[worst]
@@ -265,8 +271,11 @@ def corrected_program(
     record_id: str,
     *,
     steps: Steps | None = None,
+    trim: Trim | None = None,
+    further: Sequence[MovedFace] = (),
 ) -> CorrectedProgram:
-    """The program for the corrected surface, read back and compared before it is returned.
+    """The program for the corrected surface, read back and compared before it is returned; with `further` faces that it
+    cuts too, which end, as this one, where they are trimmed.
 
     Positions on the surface are those of the program, its own shifts and the job's zero added; the programmed point is
     the tool's tip, however the tool is turned. Raises SRF-PROGRAM for a zero that is not known, a program that cuts
@@ -281,9 +290,10 @@ def corrected_program(
     require_known_frame(path)
     require_one_zero(program, path, job)
     placed, axes = on_surface(path, job), tool_axes(program, path, job.rotary, job.axis)
-    samples = sampled(placed, np.flatnonzero(looked_at(path, job)), axes, (nominal, corrected), job)
+    faces = (MovedFace(nominal, corrected, trim), *further)
+    samples = sampled(placed, np.flatnonzero(looked_at(path, job)), axes, faces, job)
     _check(program, path, samples)
-    findings = () if steps is None else steps.check(placed, samples, nominal, job)
+    findings = () if steps is None else steps.check(placed, samples, faces, job)
     ends, between = _targets(shifts_mm(path, job), samples, job.tolerance_mm)
     touched = {move + step for move in ends for step in (0, 1)} | between.keys()
     require_plain_frame(path, sorted(ends))
@@ -301,8 +311,12 @@ def corrected_program(
     if samples.axes.letters and not np.array_equal(axes.end[at], samples.axes.end):
         raise not_as_intended("the written program is not what was intended: the tool's direction changed")
     require_same_shifts(path, again.register_mm[at])
-    of_pass = np.repeat(np.isin(np.arange(len(path)), samples.cutting_moves), 1 + inserted)
-    check_gouges(written, on_surface(again, job), axes, of_pass, nominal, corrected, job)
+    of_pass, *of_faces = (
+        np.repeat(np.isin(np.arange(len(path)), moves), 1 + inserted)
+        for moves in (samples.cutting_moves, *(samples.moves_on(k) for k in range(len(faces))))
+    )
+    for face, of_face in zip(faces, of_faces, strict=True):
+        check_gouges(written, on_surface(again, job), axes, (of_pass, of_face), face, job)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
     new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
     return CorrectedProgram(

@@ -15,11 +15,11 @@ import numpy as np
 from trueloop.arrays import Array, Integers
 from trueloop.domain.option import Limits, Option, allowed_by
 from trueloop.errors import Code
-from trueloop.geometry.surface import Surface, closest, fit_parameterised
+from trueloop.geometry.surface import Surface, closest, fit_parameterised, near
 from trueloop.nc.program.along import lengths_mm, points_along
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.surface.compensation.cutter import Contacts, Cutter, ToolAxes, contacts
-from trueloop.surface.on_face import LIMITS, WHOLE, OnFace
+from trueloop.surface.on_face import LIMITS, WHOLE, OnFace, Trim
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.separation.spline_surface import SplineSurface
 from trueloop.units import UM_PER_MM
@@ -67,16 +67,93 @@ def _moved(
     normal, wanted = before.feet.normal[cutting], before.gap_mm[cutting]
     tips, axes = tips[cutting], axes[cutting]
     start = closest(corrected, before.feet.point_mm[cutting])
-    near = (np.clip(start.u, u0, u1), np.clip(start.v, v0, v1))
+    feet = (np.clip(start.u, u0, u1), np.clip(start.v, v0, v1))
     along = np.zeros(len(tips))
     for _ in range(ROUNDS):
-        now = contacts(corrected, cutter, tips + along[:, None] * normal, axes, near)
+        now = contacts(corrected, cutter, tips + along[:, None] * normal, axes, feet)
         step = wanted - now.gap_mm
         along += step
-        near = (now.feet.u, now.feet.v)
+        feet = (now.feet.u, now.feet.v)
         if np.max(np.abs(step)) < SAME_MM:
             break
     return np.asarray(tips + along[:, None] * normal)
+
+
+TOGETHER_MM: Final = 2e-3
+"""Faces as near to the cutter as the nearest one, to so much, are cut with it: on both sides of a corner, and all along
+a fillet of the cutter's own radius.
+"""
+FILLED: Final = 0.1
+"""A hollow's radius less the cutter's, over the hollow's: below, all the hollow is as near as its nearest place,
+which jumps, and a face is moved by what it is at the place touched.
+"""
+ALIKE: Final = 0.03
+"""Normals within about 14° of each other are one direction, in which displacements are averaged: across it, two that
+differ a little would be taken for a large one.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class MovedFace:
+    """A nominal surface and the corrected one; `trim` says which of its places are cut away, where a program cuts
+    several faces, of which each ends where the next begins.
+    """
+
+    nominal: Surface
+    corrected: Surface
+    trim: Trim | None = None
+
+    def shift_mm(self, u: Array, v: Array) -> Array:
+        """Returns how far the face is moved along its nominal normal at parameters (n,) of the nominal."""
+        (u0, u1), (v0, v1) = self.nominal.domain
+        (a0, a1), (b0, b1) = self.corrected.domain
+        at = self.nominal.partials(u, v)
+        share_u, share_v = (u - u0) / (u1 - u0), (v - v0) / (v1 - v0)
+        moved = self.corrected.point_mm(a0 + (a1 - a0) * share_u, b0 + (b1 - b0) * share_v) - at.point_mm
+        return np.asarray(np.sum(moved * self.nominal.normal_of(at), axis=1))
+
+
+def moved_over_faces(
+    faces: Sequence[MovedFace], cutter: Cutter, tips_mm: Array, axes: Array, *, cuts_mm: float = CUTS_MM
+) -> tuple[MovedLocations, Integers]:
+    """Returns cutter locations moved by the faces that they cut, and the number from 0 of the nearest one, (n,).
+
+    Where the cutter touches one face it is moved along that normal; where it touches several at once, by the smallest
+    displacement m that has the amount of each along its normal, n_k · m = s_k, by least squares. In a fillet of its own
+    radius these are the faces at both ends of it and the fillet between.
+    """
+    if len(faces) == 1 and faces[0].trim is None:
+        (face,) = faces
+        moved = moved_locations(face.nominal, face.corrected, cutter, tips_mm, axes, cuts_mm=cuts_mm)
+        return moved, np.zeros(len(tips_mm), int)
+    gap_mm = np.full((len(faces), len(tips_mm)), np.inf)
+    normal, along_mm = np.zeros((len(faces), len(tips_mm), 3)), np.zeros((len(faces), len(tips_mm)))
+    for k, face in enumerate(faces):
+        some = near(face.nominal, tips_mm, 2 * cutter.radius_mm + cuts_mm)
+        if not len(some):
+            continue
+        touch = contacts(face.nominal, cutter, tips_mm[some], axes[some])
+        cutting = is_cutting(touch, cuts_mm)
+        if face.trim is not None and np.any(cutting):
+            cutting[cutting] = ~face.trim(touch.feet.u[cutting], touch.feet.v[cutting]).astype(np.bool_)
+        if not np.any(cutting):
+            continue
+        here = some[cutting]
+        moved_mm = _moved(touch, face.corrected, cutter, tips_mm[some], axes[some], cutting) - tips_mm[here]
+        gap_mm[k, here], normal[k, here] = touch.gap_mm[cutting], touch.feet.normal[cutting]
+        along_mm[k, here] = np.sum(moved_mm * normal[k, here], axis=1)
+        u, v = touch.feet.u[cutting], touch.feet.v[cutting]
+        filled = np.flatnonzero(1 + cutter.corner_mm * face.nominal.curvatures_per_mm(u, v)[:, 0] < FILLED)
+        along_mm[k, here[filled]] = face.shift_mm(u[filled], v[filled])
+    nearest = np.argmin(gap_mm, axis=0)
+    least_mm = gap_mm[nearest, np.arange(len(tips_mm))]
+    together = (gap_mm <= least_mm + TOGETHER_MM) & np.isfinite(gap_mm)
+    products = np.einsum("kn,kni,knj->nij", together, normal, normal)
+    size, turn = np.linalg.eigh(products)
+    share = np.divide(1.0, size, out=np.zeros_like(size), where=size > ALIKE * np.maximum(size[:, -1:], 1e-300))
+    wanted = np.einsum("kn,kn,kni->ni", together, along_mm, normal)
+    moved_by = np.einsum("nij,nj,nkj,nk->ni", turn, share, turn, wanted)
+    return MovedLocations(tips_mm + moved_by, np.isfinite(least_mm), least_mm), nearest
 
 
 UP: Final = (0.0, 0.0, 1.0)
@@ -117,7 +194,7 @@ class SurfaceJob:
 @dataclass(frozen=True, eq=False)
 class Samples:
     """Places along the moves at feed: move and share of it (n,), and tips before and after (n, 3); and the tool's axes
-    along all moves.
+    along all moves. `face`: the number from 0 of the face nearest to each place.
     """
 
     move: np.ndarray
@@ -126,11 +203,16 @@ class Samples:
     after_mm: Array
     cutting: np.ndarray
     axes: ToolAxes
+    face: Integers
 
     @property
     def cutting_moves(self) -> np.ndarray:
         """Indices of the moves that cut."""
         return np.unique(self.move[self.cutting])
+
+    def moves_on(self, face: int) -> np.ndarray:
+        """Indices of the moves that cut a face."""
+        return np.unique(self.move[self.cutting & (self.face == face)])
 
 
 def places(
@@ -143,17 +225,14 @@ def places(
     return np.repeat(moves, pieces + 1), np.concatenate(share) if share else np.empty(0)
 
 
-def sampled(
-    path: ToolPath, moves: Integers, turning: ToolAxes, surfaces: tuple[Surface, Surface], job: SurfaceJob
-) -> Samples:
-    """Places along some moves of a path in the coordinates of the surfaces, nominal and corrected, and where the
-    correction takes them.
-    """
-    nominal, corrected = surfaces
+def sampled(path: ToolPath, moves: Integers, turning: ToolAxes, faces: Sequence[MovedFace], job: SurfaceJob) -> Samples:
+    """Places along some moves of a path in the coordinates of the faces, and where the correction takes them."""
     move, share = places(path, turning, moves, job.sample_mm)
     tips, axes = points_along(path, move, share), turning.directions(move, share)
-    moved = moved_locations(nominal, corrected, job.cutter, tips, axes, cuts_mm=job.cuts_mm)
-    return Samples(move=move, share=share, before_mm=tips, after_mm=moved.tips_mm, cutting=moved.cutting, axes=turning)
+    moved, face = moved_over_faces(faces, job.cutter, tips, axes, cuts_mm=job.cuts_mm)
+    return Samples(
+        move=move, share=share, before_mm=tips, after_mm=moved.tips_mm, cutting=moved.cutting, axes=turning, face=face
+    )
 
 
 DEGREE: Final = 3

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array, Flags
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code
 from trueloop.geometry.surface import Feet, Surface, closest
 from trueloop.statistics import rms
@@ -111,8 +111,47 @@ def count_told(motions: RigidMotions, form: float, setup_mm: float) -> int:
     return int(np.count_nonzero(BETTER * motions.uncertainty_mm(form) <= setup_mm))
 
 
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """Faces of one part, and on which of them each point (n,) was measured: they are fitted as one.
+
+    Parameters of several faces say nothing of how far points are apart: `wide` are places in the plane in which the
+    points of all spread most.
+    """
+
+    surfaces: tuple[Surface, ...]
+    face: Integers
+
+    def of(self, kept: Flags) -> "Faces":
+        """Returns the faces of some of the points."""
+        return Faces(self.surfaces, self.face[kept])
+
+    def closest(self, points_mm: Array, near: tuple[Array, Array] | None = None) -> Feet:
+        """Returns the foot of each point on its face."""
+        if len(self.surfaces) == 1:
+            return closest(self.surfaces[0], points_mm, near)
+        n = len(points_mm)
+        u, v, distance, beyond = (np.empty(n) for _ in range(4))
+        foot, normal = np.empty((n, 3)), np.empty((n, 3))
+        for k, surface in enumerate(self.surfaces):
+            here = np.flatnonzero(self.face == k)
+            if len(here):
+                feet = closest(surface, points_mm[here], None if near is None else (near[0][here], near[1][here]))
+                u[here], v[here], distance[here], beyond[here] = feet.u, feet.v, feet.distance_mm, feet.beyond_mm
+                foot[here], normal[here] = feet.point_mm, feet.normal
+        return Feet(u=u, v=v, point_mm=foot, normal=normal, distance_mm=distance, beyond_mm=beyond)
+
+    def wide(self, feet: Feet) -> tuple[Array, Array]:
+        """Returns two coordinates of feet by which form is judged to be wide: parameters of a single face."""
+        if len(self.surfaces) == 1:
+            return feet.u, feet.v
+        off = feet.point_mm - np.mean(feet.point_mm, axis=0)
+        _, turned = np.linalg.eigh(off.T @ off)
+        return off @ turned[:, 2], off @ turned[:, 1]
+
+
 def best_fit(
-    surface: Surface, points_mm: Array, ball_radius_mm: float, feet: Feet, setup_mm: float = SETUP_MM, name: str = ""
+    faces: Faces, points_mm: Array, ball_radius_mm: float, feet: Feet, setup_mm: float = SETUP_MM, name: str = ""
 ) -> tuple[Alignment, Feet, Flags]:
     """The rigid motion of the points that makes the sum of their squared normal deviations least, their feet then, and
     which points (n,) it leaves out: few that deviate by far more than the others scatter, as on a chip.
@@ -122,10 +161,11 @@ def best_fit(
     aside: Flags = np.zeros(len(points_mm), dtype=np.bool_)
     for k in range(ROUNDS):
         kept = ~aside
-        own = closest(surface, points_mm[kept], (feet.u[kept], feet.v[kept])) if np.any(aside) else feet
-        alignment, there, moved_mm = _fitted(surface, points_mm[kept], ball_radius_mm, own, setup_mm)
+        of = faces.of(kept)
+        own = of.closest(points_mm[kept], (feet.u[kept], feet.v[kept])) if np.any(aside) else feet
+        alignment, there, moved_mm = _fitted(of, points_mm[kept], ball_radius_mm, own, setup_mm)
         if np.any(aside):
-            there = closest(surface, alignment.apply(points_mm), (feet.u, feet.v))
+            there = faces.closest(alignment.apply(points_mm), (feet.u, feet.v))
         error = there.distance_mm - ball_radius_mm
         off = np.abs(error - np.median(error)) > stands_off_mm(error)
         if np.count_nonzero(off) > FEW * len(off):
@@ -152,7 +192,7 @@ def stands_off_mm(error_mm: Array) -> float:
 
 
 def _fitted(
-    surface: Surface, points_mm: Array, ball_radius_mm: float, feet: Feet, setup_mm: float
+    faces: Faces, points_mm: Array, ball_radius_mm: float, feet: Feet, setup_mm: float
 ) -> tuple[Alignment, Feet, Array]:
     """The best fit of all of the points, their feet then, and how far it moves them (6,), mm.
 
@@ -167,11 +207,11 @@ def _fitted(
     for _ in range(ROUNDS):
         motions = rigid_motions(alignment.apply(points_mm), feet.normal, centre, spread)
         error = feet.distance_mm - ball_radius_mm
-        form = form_size(motions, feet.u, feet.v, error)
+        form = form_size(motions, *faces.wide(feet), error)
         count = max(count, count_told(motions, form, setup_mm))
         step = -(motions.shapes[:, :count].T @ error / motions.size[:count]) @ motions.motion[:count]
         alignment, moved_mm = _moved(alignment, step, spread), moved_mm + step
-        feet = closest(surface, alignment.apply(points_mm), (feet.u, feet.v))
+        feet = faces.closest(alignment.apply(points_mm), (feet.u, feet.v))
         if np.max(np.abs(step)) < STILL_MM:
             break
     left = tuple(

@@ -5,7 +5,7 @@ offset by the ball's radius: along a common normal that is the centre's distance
 radius, and no compensation of the ball, with its own errors, comes in.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Finding, Severity, in_file
 from trueloop.geometry.surface import Feet, Surface, closest
-from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, best_fit, stands_off_mm
+from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, Faces, best_fit, stands_off_mm
 from trueloop.surface.deviations.plausibility import findings_of, refuse_outside, refuse_twice, reported_twice
 from trueloop.surface.deviations.points import MeasuredPoints, averaged, first_of_place
 from trueloop.units import UM_PER_MM
@@ -99,10 +99,28 @@ class SurfaceDeviations:
         return np.isfinite(self.error_mm)
 
 
+def fit_of_faces(
+    surfaces: Sequence[Surface], points: Sequence[MeasuredPoints], setup_mm: float = SETUP_MM
+) -> Alignment:
+    """Returns the best fit of one part, measured on several faces, to all of them together. Raises SRF-SETUP."""
+    there = [np.all(np.isfinite(one.points_mm), axis=1) for one in points]
+    xyz = np.concatenate([one.points_mm[has] for one, has in zip(points, there, strict=True)])
+    face = np.repeat(np.arange(len(points)), [int(np.count_nonzero(has)) for has in there])
+    faces, first = Faces(tuple(surfaces), face), points[0]
+    with in_file(first.file):
+        return best_fit(faces, xyz, first.ball_radius_mm, faces.closest(xyz), setup_mm, first.name)[0]
+
+
 def surface_deviations(
-    surface: Surface, points: MeasuredPoints, *, fit: bool = False, farthest_mm: float = 1.0, setup_mm: float = SETUP_MM
+    surface: Surface,
+    points: MeasuredPoints,
+    *,
+    fit: bool | Alignment = False,
+    farthest_mm: float = 1.0,
+    setup_mm: float = SETUP_MM,
 ) -> SurfaceDeviations:
-    """Deviations along the normals, datum-bound or, with `fit`, after a best fit of what the set-up may have done.
+    """Deviations along the normals, datum-bound or, with `fit`, after a best fit of what the set-up may have done; or
+    after the fit of all faces of the part (`fit_of_faces`).
 
     Scattered points of one place are averaged, and reported; two places of a grid in one spot are refused.
     farthest_mm: a point that stands farther off is refused. setup_mm: how far the part may sit off its datums; motions
@@ -116,8 +134,12 @@ def surface_deviations(
         feet = closest(surface, xyz[there])
         found = findings_of(surface, points, there, feet, farthest_mm, bound=not fit)
         alignment = DATUM
-        if fit:
-            alignment, feet, aside = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
+        if isinstance(fit, Alignment):
+            alignment, feet = fit, closest(surface, fit.apply(xyz[there]))
+            found += tuple(_left(points.name, alignment, setup_mm))
+        elif fit:
+            alone = Faces((surface,), np.zeros(int(np.count_nonzero(there)), int))
+            alignment, feet, aside = best_fit(alone, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
             found += (*_left(points.name, alignment, setup_mm), *_aside(points, there, feet, aside))
         findings = tuple(finding.in_file(points.file) for finding in found)
         return _once(points, _filled(points, there, feet, alignment, findings))

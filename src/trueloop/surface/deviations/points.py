@@ -140,6 +140,7 @@ def on_face(
     normal: Array | None,
     farthest_mm: float,
     trim: Callable[[Array, Array], np.ndarray] | None = None,
+    face: str = "the face",
 ) -> MeasuredPoints:
     """Returns the points of a scan that are on the face, with a note of the others: how many, and why.
 
@@ -167,7 +168,7 @@ def on_face(
     kept = some[facing]
     if not len(kept):
         raise Code.SRF_OFF.refusal(
-            f"0 of {total} points of {scan.name!r} are on the face: {beside} are more than {farthest_mm:g} mm off it "
+            f"0 of {total} points of {scan.name!r} are on {face}: {beside} are more than {farthest_mm:g} mm off it "
             f"or beside it, {total - beside} face elsewhere",
             hint="look at unit, frame, face and gauging.columns: the scan has to be in the frame of the CAD model",
             override="gauging.farthest_mm in the job",
@@ -196,7 +197,7 @@ def on_face(
     note = Finding(
         Severity.NOTE,
         Code.SRF_OUTSIDE,
-        f"{len(kept)} of {total} points of {scan.name!r} are on the face: {beside} are more than {farthest_mm:g} mm "
+        f"{len(kept)} of {total} points of {scan.name!r} are on {face}: {beside} are more than {farthest_mm:g} mm "
         f"off it or beside it, {total - beside - len(kept)} face elsewhere",
         "nothing to do where the scan is of more than the face",
         values={"part": scan.name},
