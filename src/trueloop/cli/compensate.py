@@ -63,7 +63,7 @@ def run_job(
 ) -> None:
     """Corrects as the job says and prints what was done."""
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
-        from trueloop.cli.turned.summary import print_part, print_summary
+        from trueloop.cli.summary import print_part, print_summary
         from trueloop.jobs.turned.compensate import compensate_and_keep
         from trueloop.report.turned.correction_json import correction_as_dict
         from trueloop.report.turned.part import part_as_dict

@@ -1,1 +1,0 @@
-"""`trueloop measure …`"""

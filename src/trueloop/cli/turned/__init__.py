@@ -1,1 +1,0 @@
-"""`trueloop compensate`, `demo` and `part`: a turned part."""
