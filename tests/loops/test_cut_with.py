@@ -93,6 +93,51 @@ def test_a_contour_in_force_is_kept_and_the_rest_comes_on_top(tmp_path: Path) ->
     assert any("−27.0 µm, of which −25.0 µm were in force" in note for note in second.correction.notes)
 
 
+INCH = """O31
+G20 G40 G99
+T0303
+G97 S1200 M3
+G0 X3.5 Z0.15
+X0.9
+G42 G1 X0.9 Z0. F0.004
+X1.35
+G3 X1.5 Z-0.075 R0.075
+G1 Z-1.1
+X1.8 Z-1.6
+Z-2.4
+G2 X2. Z-2.5 R0.1
+G1 X2.2
+Z-3.5
+X2.5
+G40 G0 X3.5
+Z3.
+M30
+"""
+SEATS = (("1,-3.3", 2.2), ("1,-2.7", 2.2), ("2,-2.24", 1.8), ("2,-1.76", 1.8), ("3,-0.9", 1.5), ("3,-0.3", 1.5))
+TAPERED_UM = (29, 35, 39, 43, 50, 56)
+LEFT_UM = ((-1, 1, 0, 2, -1, 2), (-1, 1, 0, 2, 1, 3), (1, 0, -1, 1, 2, 2), (1, 1, 2, 0, -1, 2))
+
+
+def test_what_the_control_rounds_on_an_arc_is_not_carried_on_from_part_to_part(tmp_path: Path) -> None:
+    """In inch the ends of a fillet's arcs are rounded to 2.5 µm: no later part needs more arcs than the first, and
+    none is tighter than the nose (NC-GOUGE).
+    """
+    (tmp_path / "f.nc").write_text(INCH)
+    arcs = []
+    for part, left_um in enumerate((TAPERED_UM, *LEFT_UM), 1):
+        rows = [f"cylinder-{at},{d + um / 25400:.6f}" for (at, d), um in zip(SEATS, left_um, strict=True)]
+        (tmp_path / "r.csv").write_text("\n".join(["feature,z_in,diameter_in", *rows, ""]))
+        ran = f'"o{part - 1}/record.json"' if part > 1 else '"given"'
+        (tmp_path / "j.toml").write_text(
+            '[part]\nname = "s"\nfrom_program = true\n[tool]\nnose_radius_mm = 0.8\n[programs]\n'
+            f'dialect = "fanuc-lathe"\nfinish = "f.nc"\ncut_with = {ran}\n[gauging]\nreadings = "r.csv"\n'
+            f'measured_at = {datetime.now(UTC).isoformat()}\n[compensation]\nby = "contour"\n'
+        )
+        run("compensate", tmp_path / "j.toml", "-o", tmp_path / f"o{part}", "--no-store")
+        arcs.append(len(re.findall(r"^G[23] ", (tmp_path / f"o{part}" / "corrected.nc").read_text(), re.MULTILINE)))
+    assert max(arcs[1:]) <= arcs[0]
+
+
 @pytest.mark.parametrize("by", ["contour", "offset"])
 def test_every_way_leads_to_the_same_third_part(tmp_path: Path, by: str) -> None:
     """A wear number that was entered stays in force: what is left to enter or to write is less by it.

@@ -22,6 +22,7 @@ from trueloop.loops.turned.deviations import (
     depth_words,
     of_contour,
     of_surface,
+    of_written,
     unevenness_mm,
 )
 from trueloop.loops.turned.in_force import NOTHING, InForce
@@ -207,7 +208,7 @@ def commanded(
         finish=finish,
         rounding=tuple(ZERO if real else d for d, real in zip(finish, slips, strict=True)),
         measured=tuple(d if real and not kept else ZERO for d, real in zip(measured, meant, strict=True)),
-        in_force=measured if kept else (),
+        in_force=tuple(of_written(feature, resolution_mm) for feature in other.features) if kept else (),
         resolution_mm=resolution_mm,
         unevenness_mm=max(map(unevenness_mm, match.features, finish)),
         notes=(

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
@@ -20,6 +21,7 @@ from trueloop.memory.made_part import CutErrors
 from trueloop.nc.match.contour_match import ContourMatch, FeatureMatch
 from trueloop.nc.program.along import FeedMove
 from trueloop.nc.program.tool_path import ToolPath
+from trueloop.statistics import rms
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled
 from trueloop.turned.fit.prior.remembered_fit import angles_along
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -92,6 +94,13 @@ FACETS_MM: Final = 0.005
 STRETCHES: Final = 32
 """Ends of chords, each rounded by the programmer, deviate by the mean over each of so many stretches."""
 
+OF_ROUNDING: Final = 0.2
+"""The rms of what is left of a curve whose ends are rounded on both axes, of the control's resolution: 1/√12 on an axis
+at the ends, less between them."""
+
+DEGREES: Final = range(3, 10)
+"""Degrees of the polynomials between the ends; a curve that needs more is taken as it is written."""
+
 OF_RESOLUTION: Final = 1.5
 """Ends that deviate by no more than so much of the control's resolution are rounded on both axes."""
 
@@ -118,6 +127,25 @@ def of_surface(match: FeatureMatch) -> Shift:
     ends = _at_ends(match)[0]
     s = np.unique(np.concatenate([ends, *(ends[:-1] + share * np.diff(ends) for share in (0.25, 0.5, 0.75))]))
     return sampled(s, match.deviation_mm(s))
+
+
+def of_written(match: FeatureMatch, resolution_mm: float) -> Shift:
+    """Returns deviations of a contour that a correction wrote. On a curve of several moves each end was rounded to the
+    control's resolution: the smoothest polynomial that leaves no more than that is what was meant; it ends where the
+    curve does.
+    """
+    whole = of_surface(match)
+    if not is_curved(match.feature) or len(match.moves) == 1:
+        return whole
+    s, along = np.linspace(0.0, match.feature.length_mm, SAMPLES), np.linspace(-1.0, 1.0, SAMPLES)
+    off_mm = whole.value_mm(s)
+    ends_mm = np.interp(along, [-1.0, 1.0], off_mm[[0, -1]])
+    for degree in DEGREES:
+        inner = (1.0 - along**2)[:, None] * chebvander(along, degree)
+        fitted_mm = ends_mm + inner @ np.linalg.lstsq(inner, off_mm - ends_mm, rcond=None)[0]
+        if rms(off_mm - fitted_mm) <= OF_ROUNDING * resolution_mm:
+            return sampled(s, fitted_mm)
+    return whole
 
 
 def unevenness_mm(match: FeatureMatch, contour: Shift) -> float:
