@@ -493,7 +493,7 @@ class Code(StrEnum):
 
     # STO: the store of parts, tools, inspections and corrections
     STO_FILE = "STO-FILE", "a store that is missing, or a file that is no store"
-    STO_SCHEMA = "STO-SCHEMA", "a store that a later version of trueloop wrote, or one to be migrated"
+    STO_SCHEMA = "STO-SCHEMA", "a store or an export that another version of trueloop wrote"
     STO_BUSY = "STO-BUSY", "a store that another program keeps locked"
     STO_WRITE = "STO-WRITE", "a store that cannot be written: read-only, or no room left"
     STO_TEXT = "STO-TEXT", "a text or number that the database cannot keep"

@@ -1,4 +1,4 @@
-"""New stores as copies of one that was made once: in PostgreSQL the migrations take a fifth of a second."""
+"""New stores as copies of one that was made once: in PostgreSQL its tables take a fifth of a second."""
 
 import tempfile
 from functools import cache

@@ -66,18 +66,6 @@ def restore(file: Backup, db: New) -> None:
     typer.echo(f"made: {shown(db)}, {copied.count} rows", err=True)
 
 
-def migrate(db: Db = None) -> None:
-    """Bring a store of an earlier trueloop to this version.
-
-    What it holds stays as it is.
-    """
-    from trueloop.jobs.store.opened import migrated
-
-    before, after, place = migrated(db)
-    said = f"is of this version already, {after}" if before == after else f"brought from schema {before} to {after}"
-    typer.echo(f"{place}: {said}", err=True)
-
-
 Output = Annotated[Path, option("File to write: JSON, one value a line.", "--output", "-o")]
 
 
@@ -271,4 +259,4 @@ def _print(part: "Part", entries: "tuple[Entry, ...]") -> None:
 
 
 app = Group("The store: parts, edges, inspections, cuts, corrections. Kept for the next part.")
-app.add_all(init, import_, export, find, show, check, replace, backup, restore, migrate)
+app.add_all(init, import_, export, find, show, check, replace, backup, restore)

@@ -2,7 +2,7 @@
 
 A row holds the value as a JSON document (`domain.codec`), so that nothing is lost and every type is stored alike;
 columns repeat what it is searched by. A new type of value is one line in `KINDS` and in
-`SEARCHED`, and a migration that makes its table (`migrations/versions`).
+`SEARCHED`.
 """
 
 import hashlib

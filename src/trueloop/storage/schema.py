@@ -1,12 +1,10 @@
-"""The schema of a store and its migration to today's: `check_schema`, `bring_up_to_date`.
-
-The store's tables as they are today; how they came to be so: `migrations/`.
+"""The tables of a store: made by `make_tables`, known again by `check_schema`.
 
 Every kind of value has a table: `identity` is that of the value, `version` counts the rows of one identity, and
 `supersedes` names the row that this one corrects. `sha256` is of the document with all that is stored apart from it.
 """
 
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any, Final
 
 from sqlalchemy import (
@@ -25,7 +23,7 @@ from sqlalchemy import (
     text,
 )
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code
 from trueloop.storage.factory_tables import LOGS, METADATA, STATES
 from trueloop.storage.kinds import KINDS, Kind
 from trueloop.storage.value_rows import FORMS, RowForm
@@ -79,16 +77,48 @@ ROWS: Final = {form.table: _table_of_rows(form) for form in FORMS}
 
 
 TODAY: Final = "0006"
-"""The schema that this version of trueloop writes: the newest of `migrations/versions`."""
+"""The number of the schema: that of the first version that was published."""
 _VERSION_TABLE: Final = "trueloop_schema"
-_SCRIPTS: Final = Path(__file__).with_name("migrations")
-NEW_FILE: Final = _SCRIPTS / "today.sql"
-"""The statements that make a new SQLite store, a line each: the result of all migrations, without Alembic, whose import
-and run take 0.3 s.
-"""
 
 
-def schema_of(connection: Connection) -> str | None:
+def check_schema(connection: Connection, where: str) -> None:
+    """Refuses a database that is not a store (STO-FILE) or has another schema (STO-SCHEMA)."""
+    found = _schema_of(connection)
+    if found is None:
+        raise Code.STO_FILE.refusal(
+            f"{where!r} is a database, but holds no store of trueloop",
+            hint="make a store by `trueloop db init` in a file or database of its own",
+        )
+    if found != TODAY:
+        older = "export it with the version that wrote it: `trueloop db export all.jsonl`; then, with this one, "
+        raise Code.STO_SCHEMA.refusal(
+            f"the store {where!r} has schema {found}, this version of trueloop reads and writes schema {TODAY}",
+            hint="use the newer version of trueloop that wrote it"
+            if found > TODAY
+            else f"{older}`trueloop db restore all.jsonl --db new.db`",
+        )
+
+
+def make_tables(connection: Connection, where: str) -> None:
+    """Makes the tables of an empty database in the transaction under way; leaves a store as it is.
+
+    Raises STO-FILE for a database that holds other tables, STO-SCHEMA for a store of another schema.
+    """
+    if _schema_of(connection) is not None:
+        return check_schema(connection, where)
+    if others := inspect(connection).get_table_names():
+        raise Code.STO_FILE.refusal(
+            f"{where!r} holds tables that are not trueloop's: {', '.join(sorted(others)[:5])}",
+            hint="give the store a file or a database of its own",
+        )
+    METADATA.create_all(connection, checkfirst=False)
+    for statement in _guards(connection.dialect.name == "sqlite"):
+        connection.execute(text(statement))
+    connection.exec_driver_sql(f"CREATE TABLE {_VERSION_TABLE} (version_num VARCHAR(32) NOT NULL PRIMARY KEY)")
+    connection.exec_driver_sql(f"INSERT INTO {_VERSION_TABLE} VALUES ('{TODAY}')")
+
+
+def _schema_of(connection: Connection) -> str | None:
     """Returns the schema's number as text; None: the database has nothing of trueloop's."""
     if not inspect(connection).has_table(_VERSION_TABLE):
         return None
@@ -96,68 +126,22 @@ def schema_of(connection: Connection) -> str | None:
     return None if found is None else str(found)
 
 
-def check_schema(connection: Connection, where: str) -> bool:
-    """Refuses a database that is not a store (STO-FILE) or has a newer schema (STO-SCHEMA); whether it has an older."""
-    found = schema_of(connection)
-    if found is None:
-        raise Code.STO_FILE.refusal(
-            f"{where!r} is a database, but holds no store of trueloop",
-            hint="make a store by `trueloop db init` in a file or database of its own",
+def _guards(sqlite: bool) -> Iterator[str]:
+    """Refuses every change of a row: in SQLite row by row, in PostgreSQL statements too, TRUNCATE among them."""
+    if not sqlite:
+        yield (
+            "CREATE OR REPLACE FUNCTION trueloop_append_only() RETURNS trigger LANGUAGE plpgsql AS "
+            "$$ BEGIN RAISE EXCEPTION 'append-only: %', TG_TABLE_NAME; END $$"
         )
-    if found > TODAY:
-        raise Code.STO_SCHEMA.refusal(
-            f"the store {where!r} has schema {found}, this version of trueloop knows schemas up to {TODAY}",
-            hint="use the newer version of trueloop that wrote it",
-        )
-    return found < TODAY
-
-
-def older(connection: Connection, where: str) -> TrueloopError:
-    """Returns the refusal STO-SCHEMA of an older schema that is not migrated on opening."""
-    return Code.STO_SCHEMA.refusal(
-        f"the store {where!r} has schema {schema_of(connection)}, this version of trueloop writes schema {TODAY}",
-        hint="`trueloop db init` with its URL migrates a store in PostgreSQL, once all who share it have this version; "
-        "a file is migrated when a command opens it that may write",
-    )
-
-
-def bring_up_to_date(connection: Connection, where: str) -> None:
-    """Makes the tables of an empty database, or migrates those of an earlier schema, in the transaction under way.
-
-    Raises STO-FILE for a database that holds other tables, STO-SCHEMA for a newer schema.
-    """
-    found = schema_of(connection)
-    if found == TODAY:
-        return
-    if found is not None and found > TODAY:
-        check_schema(connection, where)
-    if found is None and (others := inspect(connection).get_table_names()):
-        raise Code.STO_FILE.refusal(
-            f"{where!r} holds tables that are not trueloop's: {', '.join(sorted(others)[:5])}",
-            hint="give the store a file or a database of its own",
-        )
-    if found is None and connection.dialect.name == "sqlite":
-        for statement in NEW_FILE.read_text("utf-8").splitlines():
-            connection.exec_driver_sql(statement)
-        return
-    migrate_to("head", connection)
-
-
-def statements_of(connection: Connection) -> str:
-    """Returns the statements that make the store in a SQLite database as it is, as in `NEW_FILE`."""
-    made = connection.scalars(text("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY rowid"))
-    version = f"INSERT INTO {_VERSION_TABLE} VALUES ('{schema_of(connection)}')"
-    return "".join(f"{' '.join(statement.split())}\n" for statement in (*made, version))
-
-
-def migrate_to(revision: str, connection: Connection) -> None:
-    """Runs the migrations up to one, or to the newest: "head"."""
-    from alembic import command
-    from alembic.config import Config
-
-    config = Config()
-    config.set_main_option("script_location", str(_SCRIPTS).replace("%", "%%"))
-    config.set_main_option("path_separator", "os")
-    config.attributes["connection"] = connection
-    config.attributes["version_table"] = _VERSION_TABLE
-    command.upgrade(config, revision)
+    for table in (*TABLES, *ROWS, *(log.name for log in LOGS)):
+        if sqlite:
+            for change in ("UPDATE", "DELETE"):
+                yield (
+                    f"CREATE TRIGGER {table}_no_{change.lower()} BEFORE {change} ON {table} "
+                    f"BEGIN SELECT RAISE(ABORT, 'append-only'); END"
+                )
+        else:
+            yield (
+                f"CREATE TRIGGER {table}_append_only BEFORE UPDATE OR DELETE OR TRUNCATE ON {table} "
+                f"FOR EACH STATEMENT EXECUTE FUNCTION trueloop_append_only()"
+            )

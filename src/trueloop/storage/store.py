@@ -32,7 +32,7 @@ from trueloop.storage.engines import WRITING, engine_of, understood, url_of
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import joined, kind_of, searchable
 from trueloop.storage.reading import Query, found, kept, shown
-from trueloop.storage.schema import METADATA, TABLES, bring_up_to_date, check_schema, older
+from trueloop.storage.schema import METADATA, TABLES, check_schema, make_tables
 
 __all__ = ["Kept", "Store", "find", "keep", "open_store"]
 
@@ -90,9 +90,8 @@ def open_store(
 ) -> Store:
     """Opens the store in a SQLite file, or at the URL of a PostgreSQL database.
 
-    `create` makes one in a new file or an empty database. A file of an older schema is migrated, in one transaction;
-    a database that others share only with `create`. `wait_s`: how long a call waits for another program that writes;
-    `unmade`: in memory, until `Store.made` makes the file.
+    `create` makes one in a new file or an empty database. `wait_s`: how long a call waits for another program that
+    writes; `unmade`: in memory, until `Store.made` makes the file.
     Raises STO-FILE, STO-SCHEMA, STO-BUSY, STO-WRITE, STO-DRIVER.
     """
     url = url_of(where)
@@ -102,7 +101,7 @@ def open_store(
     store = Store(engine, codec or values.CODEC.with_more(Correction), name or shown(str(where)), unmade)
     weakref.finalize(store, engine.dispose)  # commands end without closing it; PostgreSQL's connections are held open
     try:
-        _made_ready(store, create or unmade, read_only, wait_s)
+        _made_ready(store, create or unmade, wait_s)
     except BaseException:
         store.close()
         raise
@@ -140,15 +139,12 @@ def find(
         return list(found(connection, store.codec, Query(kind_of(kind), columns, superseded, whole=whole)))
 
 
-def _made_ready(store: Store, create: bool, read_only: bool, wait_s: float) -> None:
+def _made_ready(store: Store, create: bool, wait_s: float) -> None:
     if not create:
         with store.reading() as connection:
-            if not check_schema(connection, store.where):
-                return
-            if read_only or connection.dialect.name != "sqlite":
-                raise older(connection, store.where)
+            return check_schema(connection, store.where)
     with store.writing() as connection:
-        bring_up_to_date(connection, store.where)
+        make_tables(connection, store.where)
     _keep_a_log(store, wait_s)
 
 

@@ -79,7 +79,6 @@ COMMANDS = (
     "db replace",
     "db backup",
     "db restore",
-    "db migrate",
     "serve",
     "user add",
     "user list",

@@ -56,7 +56,7 @@ import importlib, pkgutil, sys
 for name in ("fcntl", "grp", "pwd", "resource", "termios"):
     sys.modules[name] = None
 import trueloop
-under_another_python = ("read_status", "read_streams", "migrations.env")
+under_another_python = ("read_status", "read_streams")
 for module in pkgutil.walk_packages(trueloop.__path__, "trueloop."):
     if not module.name.endswith(under_another_python):
         importlib.import_module(module.name)

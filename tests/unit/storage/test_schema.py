@@ -1,60 +1,65 @@
-"""The migrations make the tables that the program knows; a store of another schema is refused or migrated."""
+"""A new store has the tables of the published schema; a store of another schema is refused."""
 
-import shutil
 import sqlite3
 from pathlib import Path
 from typing import Any
 
 import psycopg
 import pytest
-from alembic.autogenerate import compare_metadata
-from alembic.migration import MigrationContext
-from alembic.script import ScriptDirectory
 from sqlalchemy import Engine, create_engine, inspect
 
 from tests.support.postgresql import Server
 from tests.support.records import TURNED
-from tests.support.stores import AT, cut, link, part, touched
+from tests.support.stores import AT, cut, part, touched
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import BothInspections, Inspection, MachineStood, Reading, StandardPart
-from trueloop.domain.life import Cut, InspectionLink
-from trueloop.domain.part import PartType
+from trueloop.domain.life import Cut
 from trueloop.domain.proposal import ModelDecision, ModelVersion
 from trueloop.domain.record import Correction, sha256_of
 from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage import schema
 from trueloop.storage.integrity import damage
-from trueloop.storage.schema import LOGS, METADATA, STATES
+from trueloop.storage.schema import METADATA
 from trueloop.storage.store import find, keep, life, open_store
 
-FIRST = Path(__file__).with_name("first.sql")
-FIRST_IN_POSTGRESQL = Path(__file__).with_name("first.postgresql.sql")
-NEWEST = schema.TODAY
-ADDED = ("both_inspections", "model_decision", "model_version", "standard_part")
-"""Tables of the second schema."""
-THIRD = ("work_order", "run", "run_fact", *(table.name for table in (*LOGS, *STATES)))
+PUBLISHED = Path(__file__).with_name("published.sql")
+PUBLISHED_IN_POSTGRESQL = Path(__file__).with_name("published.postgresql.sql")
+DIAGNOSED = ("both_inspections", "model_decision", "model_version", "standard_part")
 
 
-def test_the_migrations_lead_to_the_tables_of_today() -> None:
-    store = open_store("sqlite://", create=True)
-    with store.reading() as connection:
-        context = MigrationContext.configure(connection, opts={"version_table": "trueloop_schema"})
-        assert compare_metadata(context, METADATA) == []
+def described(engine: Engine) -> dict[str, Any]:
+    """Columns, keys, constraints and indexes of each table, and the triggers, as the database has them."""
+    look = inspect(engine)
+    tables: dict[str, Any] = {
+        table: (
+            [(one["name"], str(one["type"]), one["nullable"], str(one["default"])) for one in look.get_columns(table)],
+            look.get_pk_constraint(table)["constrained_columns"],
+            sorted(str((one["constrained_columns"], one["referred_table"])) for one in look.get_foreign_keys(table)),
+            sorted(str((one["name"], one["column_names"])) for one in look.get_unique_constraints(table)),
+            sorted(str((one["name"], one["column_names"])) for one in look.get_indexes(table)),
+            sorted(str(one["name"]) for one in look.get_check_constraints(table)),
+        )
+        for table in look.get_table_names()
+    }
+    if engine.dialect.name == "sqlite":
+        triggers = "SELECT name, tbl_name FROM sqlite_master WHERE type = 'trigger'"
+    else:
+        triggers = "SELECT DISTINCT tgname, tgrelid::regclass::text FROM pg_trigger WHERE NOT tgisinternal"
+    with engine.connect() as connection:
+        guards = sorted(map(tuple, connection.exec_driver_sql(triggers)))
+    engine.dispose()
+    return {**tables, "triggers": guards}
 
 
-def test_a_new_file_is_made_as_all_migrations_make_it() -> None:
-    """Those of a later version are added by `NEW_FILE.write_text(statements_of(connection))`, migrated from nothing."""
-    with create_engine("sqlite://").begin() as migrated:
-        schema.migrate_to("head", migrated)
-        assert schema.NEW_FILE.read_text("utf-8") == schema.statements_of(migrated)
-    with open_store("sqlite://", create=True).reading() as connection:
-        assert schema.statements_of(connection) == schema.NEW_FILE.read_text("utf-8")
-
-
-def test_the_newest_migration_is_the_schema_of_today() -> None:
-    scripts = ScriptDirectory(str(Path(schema.__file__).with_name("migrations")))
-    assert scripts.get_heads() == [schema.TODAY]
+def test_a_new_store_has_the_tables_of_the_published_schema(place: str, server: Server, tmp_path: Path) -> None:
+    published_store(place)
+    new = server.new_database() if "://" in place else str(tmp_path / "new.db")
+    open_store(new, create=True).close()
+    published, made = described(engine_at(place)), described(engine_at(new))
+    assert made == published
+    assert made["trueloop_schema"]
+    assert set(made) == {"triggers", "trueloop_schema", *METADATA.tables}
 
 
 def test_a_database_of_something_else_is_left_alone(tmp_path: Path) -> None:
@@ -89,67 +94,36 @@ def test_making_a_store_where_one_is_changes_nothing(tmp_path: Path) -> None:
     assert (tmp_path / "trueloop.db").read_bytes() == before
 
 
-NEXT = '''"""A schema to come: cuts with a remark."""
-import sqlalchemy as sa
-from alembic import op
-
-revision = "9998"
-down_revision = "{before}"
-
-
-def upgrade() -> None:
-    op.add_column("cut", sa.Column("remark", sa.Text))
-'''
-
-
-@pytest.fixture
-def to_come(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A version of trueloop with a schema more."""
-    scripts = tmp_path / "migrations"
-    shutil.copytree(Path(schema.__file__).with_name("migrations"), scripts)
-    (scripts / "versions" / "v9998_remark.py").write_text(NEXT.format(before=schema.TODAY))
-    monkeypatch.setattr(schema, "_SCRIPTS", scripts)
-    monkeypatch.setattr(schema, "TODAY", "9998")
-
-
-def test_a_store_is_migrated_with_what_it_holds(place: str, request: pytest.FixtureRequest) -> None:
-    store = open_store(place, create=True)
-    keep(store, [touched(), cut(), link(touched(), cut())])
-    before = [find(store, kind) for kind in (Inspection, Cut, InspectionLink, PartType)]
-    store.close()
-    request.getfixturevalue("to_come")
-    with pytest.raises(TrueloopError, match=rf"schema {NEWEST}.*9998") as refused:
-        open_store(place, read_only=True)
-    assert refused.value.code is Code.STO_SCHEMA
-    store = open_store(place, create="://" in place)
-    assert [find(store, kind) for kind in (Inspection, Cut, InspectionLink, PartType)] == before
-    with store.reading() as connection:
-        assert connection.exec_driver_sql("SELECT remark FROM cut").scalar() is None
-    assert damage(store) == []
-    with pytest.raises(Exception, match="append-only"), store.writing() as connection:
-        connection.exec_driver_sql("UPDATE cut SET remark = 'x'")
-    store.close()
-
-
-def test_a_shared_database_is_not_migrated_by_the_way(server: Server, request: pytest.FixtureRequest) -> None:
-    place = server.new_database()
+@pytest.mark.parametrize("number", ["0005", "9999"])
+@pytest.mark.parametrize("how", [{}, {"read_only": True}, {"create": True}])
+def test_a_store_of_another_schema_is_refused_and_left_as_it_is(place: str, number: str, how: dict[str, Any]) -> None:
     open_store(place, create=True).close()
-    request.getfixturevalue("to_come")
-    with pytest.raises(TrueloopError, match=rf"schema {NEWEST}.*9998") as refused:
-        open_store(place)
+    engine = engine_at(place)
+    with engine.begin() as connection:
+        connection.exec_driver_sql(f"UPDATE trueloop_schema SET version_num = '{number}'")
+    before = described(engine)
+    with pytest.raises(TrueloopError, match=f"schema {number}.*{schema.TODAY}") as refused:
+        open_store(place, **how)
     assert refused.value.code is Code.STO_SCHEMA
+    assert ("db restore" in refused.value.hint) == (number < schema.TODAY)
+    assert described(engine) == before
 
 
-def first_schema(place: str) -> Engine:
-    """`first.sql` and `first.postgresql.sql` were dumped from stores of the first schema: they never change."""
+def engine_at(place: str) -> Engine:
+    where = place.replace("postgresql:", "postgresql+psycopg:") if "://" in place else f"sqlite:///{place}"
+    return create_engine(where)
+
+
+def published_store(place: str) -> Engine:
+    """The SQL files were dumped from stores of the first published schema: they never change."""
     if "://" not in place:
         connection = sqlite3.connect(place)
-        connection.executescript(FIRST.read_text(encoding="utf-8"))
+        connection.executescript(PUBLISHED.read_text(encoding="utf-8"))
         connection.close()
-        return create_engine(f"sqlite:///{place}")
-    with psycopg.connect(place, autocommit=True) as server:
-        server.execute(FIRST_IN_POSTGRESQL.read_bytes())
-    return create_engine(place.replace("postgresql:", "postgresql+psycopg:"))
+    else:
+        with psycopg.connect(place, autocommit=True) as server:
+            server.execute(PUBLISHED_IN_POSTGRESQL.read_bytes())
+    return engine_at(place)
 
 
 def rows(engine: Engine) -> dict[str, list[tuple[Any, ...]]]:
@@ -163,18 +137,17 @@ def rows(engine: Engine) -> dict[str, list[tuple[Any, ...]]]:
     return found
 
 
-def test_a_store_of_the_first_schema_keeps_every_row_of_every_table(place: str) -> None:
-    engine = first_schema(place)
+def test_a_store_of_the_published_schema_keeps_every_row_of_every_table(place: str) -> None:
+    engine = published_store(place)
     before = rows(engine)
     assert sum(map(len, before.values())) == 23
     open_store(place, create="://" in place).close()
     after = rows(engine)
-    assert {name: after[name] for name in before} == before
-    assert {name: after[name] for name in after if name not in before} == {name: [] for name in (*ADDED, *THIRD)}
+    assert after == before
 
 
-def test_a_store_of_the_first_schema_is_read_as_it_was_written(place: str) -> None:
-    first_schema(place).dispose()
+def test_a_store_of_the_published_schema_is_read_as_it_was_written(place: str) -> None:
+    published_store(place).dispose()
     store = open_store(place, create="://" in place)
     assert [one.value for one in find(store, Inspection)] == [touched("17"), touched("18", shift_mm=0.001)]
     assert [one.superseded_by for one in find(store, Inspection, superseded=True)] == [None, 3, None]
@@ -186,8 +159,8 @@ def test_a_store_of_the_first_schema_is_read_as_it_was_written(place: str) -> No
     store.close()
 
 
-def test_a_store_of_the_first_schema_takes_what_a_diagnosis_keeps(place: str) -> None:
-    first_schema(place).dispose()
+def test_a_store_of_the_published_schema_takes_what_a_diagnosis_keeps(place: str) -> None:
+    published_store(place).dispose()
     store = open_store(place, create="://" in place)
     lathe, text = Machine("lathe", "7"), '{"trueloop": 1}'
     stood = MachineStood((0.1, 0.0, -250.0), ((80.0, 0.0, 160.0),), {"T1": 20.7})
@@ -201,26 +174,7 @@ def test_a_store_of_the_first_schema_takes_what_a_diagnosis_keeps(place: str) ->
     assert all(one.new for one in keep(store, given))
     assert [[one.value for one in find(store, type(value))] for value in given] == [[value] for value in given]
     assert damage(store) == []
-    for table in ADDED:
+    for table in DIAGNOSED:
         with pytest.raises(Exception, match="append-only"), store.writing() as connection:
             connection.exec_driver_sql(f"DELETE FROM {table}")
-    store.close()
-
-
-def test_an_account_of_the_third_schema_is_shown_millimetres(place: str) -> None:
-    first_schema(place).dispose()
-    engine = create_engine(
-        place.replace("postgresql:", "postgresql+psycopg:") if "://" in place else f"sqlite:///{place}"
-    )
-    with engine.begin() as connection:
-        schema.migrate_to("0003", connection)
-        connection.exec_driver_sql(
-            "INSERT INTO account (name, display, argon2id, role, language, created_at, disabled, version) "
-            "VALUES ('ana', 'Ana', '', 'viewer', 'de', '2026-01-02T08:00:00.000000+00:00', 0, 3)"
-        )
-    engine.dispose()
-    store = open_store(place, create="://" in place)
-    with store.reading() as connection:
-        (account,) = connection.exec_driver_sql("SELECT name, language, version, unit FROM account").all()
-    assert tuple(account) == ("ana", "de", 3, "mm")
     store.close()

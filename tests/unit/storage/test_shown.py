@@ -41,13 +41,7 @@ def test_a_refusal_does_not_hold_the_password(url: str) -> None:
 
 @pytest.mark.parametrize("url", [URLS[0], URLS[7]])
 @pytest.mark.parametrize(
-    "command",
-    [
-        ("db", "find", "part", "--db"),
-        ("db", "init"),
-        ("db", "migrate", "--db"),
-        ("db", "export", "-o", "all.jsonl", "--db"),
-    ],
+    "command", [("db", "find", "part", "--db"), ("db", "init"), ("db", "export", "-o", "all.jsonl", "--db")]
 )
 def test_no_command_prints_it(command: tuple[str, ...], url: str) -> None:
     said = output_of(*command, url, status=ExitStatus.REFUSED)

@@ -115,24 +115,6 @@ def _place(db: Choice) -> str:
     return BESIDE
 
 
-def migrated(db: str | None) -> tuple[str, str, str]:
-    """Brings a store to today's schema: which it had, which it has, and its name. Raises STO errors."""
-    from trueloop.storage.engines import engine_of, understood, url_of
-    from trueloop.storage.reading import shown
-    from trueloop.storage.schema import schema_of
-    from trueloop.storage.store import open_store
-
-    place = _place(db)
-    url = url_of(place)
-    with understood(shown(place)), engine_of(url, 1.0, create=False, read_only=True).connect() as connection:
-        before = schema_of(connection)
-    if before is None:
-        open_store(place)  # refuses what is not a store
-    with (store := open_store(place, create=True)).reading() as connection:
-        after = schema_of(connection)
-    return str(before), str(after), store.where
-
-
 def made(place: str) -> "Store":
     """Makes a new, empty store. Raises STO-EXISTS where there is anything already, STO-FILE and STO-WRITE."""
     from trueloop.jobs.store.codec import store_codec

@@ -1,4 +1,90 @@
 BEGIN TRANSACTION;
+CREATE TABLE account (
+	id INTEGER NOT NULL, 
+	name TEXT NOT NULL, 
+	display TEXT NOT NULL, 
+	argon2id TEXT NOT NULL, 
+	oidc_subject TEXT, 
+	role TEXT NOT NULL, 
+	language TEXT NOT NULL, 
+	created_at TEXT NOT NULL, 
+	disabled INTEGER NOT NULL, 
+	version INTEGER NOT NULL, unit TEXT DEFAULT 'mm' NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT account_once UNIQUE (name), 
+	CONSTRAINT account_once_of_subject UNIQUE (oidc_subject)
+);
+CREATE TABLE alarm (
+	id INTEGER NOT NULL, 
+	at TEXT NOT NULL, 
+	source TEXT NOT NULL, 
+	code TEXT NOT NULL, 
+	said TEXT NOT NULL, 
+	document TEXT NOT NULL, 
+	machine TEXT NOT NULL, 
+	part_type TEXT NOT NULL, 
+	blocks INTEGER NOT NULL, 
+	PRIMARY KEY (id)
+);
+CREATE TABLE alarm_acknowledged (
+	alarm INTEGER NOT NULL, 
+	at TEXT NOT NULL, 
+	who TEXT NOT NULL, 
+	why TEXT NOT NULL, 
+	PRIMARY KEY (alarm), 
+	FOREIGN KEY(alarm) REFERENCES alarm (id)
+);
+CREATE TABLE api_key (
+	id INTEGER NOT NULL, 
+	machine TEXT NOT NULL, 
+	name TEXT NOT NULL, 
+	key_sha256 TEXT NOT NULL, 
+	scope TEXT NOT NULL, 
+	expires_at TEXT NOT NULL, 
+	ended_at TEXT, 
+	made_by TEXT NOT NULL, 
+	created_at TEXT NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT api_key_once UNIQUE (key_sha256)
+);
+CREATE TABLE both_inspections (
+	id INTEGER NOT NULL, 
+	identity TEXT NOT NULL, 
+	version INTEGER NOT NULL, 
+	kept_at TEXT NOT NULL, 
+	kept_by TEXT NOT NULL, 
+	supersedes INTEGER, 
+	reason TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	part_type TEXT, 
+	serial TEXT, 
+	machine TEXT, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT both_inspections_once UNIQUE (identity, version), 
+	CONSTRAINT both_inspections_superseded_once UNIQUE (supersedes), 
+	CONSTRAINT both_inspections_supersedes_earlier CHECK (supersedes < id), 
+	FOREIGN KEY(supersedes) REFERENCES both_inspections (id)
+);
+CREATE TABLE calibration (
+	id INTEGER NOT NULL, 
+	machine TEXT NOT NULL, 
+	at TEXT NOT NULL, 
+	who TEXT NOT NULL, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id)
+);
+CREATE TABLE certificate (
+	id INTEGER NOT NULL, 
+	part INTEGER NOT NULL, 
+	at TEXT NOT NULL, 
+	who TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	verdict TEXT NOT NULL, 
+	content BLOB NOT NULL, 
+	PRIMARY KEY (id), 
+	FOREIGN KEY(part) REFERENCES part (id)
+);
 CREATE TABLE cmm_point (
 	inspection INTEGER NOT NULL, 
 	position INTEGER NOT NULL, 
@@ -104,6 +190,24 @@ CREATE TABLE edge_event (
 	CONSTRAINT edge_event_supersedes_earlier CHECK (supersedes < id), 
 	FOREIGN KEY(supersedes) REFERENCES edge_event (id)
 );
+CREATE TABLE event (
+	id INTEGER NOT NULL, 
+	at TEXT NOT NULL, 
+	who TEXT NOT NULL, 
+	what TEXT NOT NULL, 
+	subject TEXT NOT NULL, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id)
+);
+CREATE TABLE idempotency (
+	account TEXT NOT NULL, 
+	"key" TEXT NOT NULL, 
+	request_sha256 TEXT NOT NULL, 
+	status INTEGER NOT NULL, 
+	body BLOB NOT NULL, 
+	created_at TEXT NOT NULL, 
+	PRIMARY KEY (account, "key")
+);
 CREATE TABLE inspection (
 	id INTEGER NOT NULL, 
 	identity TEXT NOT NULL, 
@@ -167,6 +271,57 @@ CREATE TABLE machine (
 );
 INSERT INTO "machine" VALUES(1,'lathe7',1,'2026-11-23T16:34:25.564211+00:00','ana',NULL,'','752f77a0bbafeaa4c772c812c2a4aa4d261fb6c842b8e49a012ecaccbcedeb6d','lathe','{"type": "Machine", "name": "lathe", "serial": "7", "schema": 1}
 ');
+CREATE TABLE machine_heard (
+	machine TEXT NOT NULL, 
+	at TEXT NOT NULL, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (machine)
+);
+CREATE TABLE model_decision (
+	id INTEGER NOT NULL, 
+	identity TEXT NOT NULL, 
+	version INTEGER NOT NULL, 
+	kept_at TEXT NOT NULL, 
+	kept_by TEXT NOT NULL, 
+	supersedes INTEGER, 
+	reason TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	verdict TEXT, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT model_decision_once UNIQUE (identity, version), 
+	CONSTRAINT model_decision_superseded_once UNIQUE (supersedes), 
+	CONSTRAINT model_decision_supersedes_earlier CHECK (supersedes < id), 
+	FOREIGN KEY(supersedes) REFERENCES model_decision (id)
+);
+CREATE TABLE model_version (
+	id INTEGER NOT NULL, 
+	identity TEXT NOT NULL, 
+	version INTEGER NOT NULL, 
+	kept_at TEXT NOT NULL, 
+	kept_by TEXT NOT NULL, 
+	supersedes INTEGER, 
+	reason TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	machine TEXT, 
+	parent_sha256 TEXT, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT model_version_once UNIQUE (identity, version), 
+	CONSTRAINT model_version_superseded_once UNIQUE (supersedes), 
+	CONSTRAINT model_version_supersedes_earlier CHECK (supersedes < id), 
+	FOREIGN KEY(supersedes) REFERENCES model_version (id)
+);
+CREATE TABLE order_state (
+	"order" TEXT NOT NULL, 
+	state TEXT NOT NULL, 
+	machine TEXT NOT NULL, 
+	changed_at TEXT NOT NULL, 
+	number INTEGER NOT NULL, 
+	version INTEGER NOT NULL, 
+	armed_parts INTEGER NOT NULL, 
+	PRIMARY KEY ("order")
+);
 CREATE TABLE part (
 	id INTEGER NOT NULL, 
 	identity TEXT NOT NULL, 
@@ -204,6 +359,17 @@ CREATE TABLE part_cut_with (
 	CONSTRAINT part_cut_with_superseded_once UNIQUE (supersedes), 
 	CONSTRAINT part_cut_with_supersedes_earlier CHECK (supersedes < id), 
 	FOREIGN KEY(supersedes) REFERENCES part_cut_with (id)
+);
+CREATE TABLE part_state (
+	part INTEGER NOT NULL, 
+	state TEXT NOT NULL, 
+	"order" TEXT NOT NULL, 
+	machine TEXT NOT NULL, 
+	changed_at TEXT NOT NULL, 
+	held_why TEXT NOT NULL, 
+	version INTEGER NOT NULL, 
+	PRIMARY KEY (part), 
+	FOREIGN KEY(part) REFERENCES part (id)
 );
 CREATE TABLE part_type (
 	id INTEGER NOT NULL, 
@@ -243,6 +409,13 @@ CREATE TABLE program (
 );
 INSERT INTO "program" VALUES(1,'2222222222222222222222222222222222222222222222222222222222222222',1,'2026-11-23T16:34:25.658308+00:00','ana',NULL,'','98d2fa7ec8760d3a5d68baff69b75ac637719e575364b26b8e7383ed87f5dfa0','2222222222222222222222222222222222222222222222222222222222222222','{"type": "Program", "name": "finish.nc", "dialect": "fanuc-lathe", "sha256": "2222222222222222222222222222222222222222222222222222222222222222", "unit": "mm", "schema": 1}
 ');
+CREATE TABLE program_release (
+	program_sha256 TEXT NOT NULL, 
+	at TEXT NOT NULL, 
+	who TEXT NOT NULL, 
+	why TEXT NOT NULL, 
+	PRIMARY KEY (program_sha256)
+);
 CREATE TABLE program_text (
 	id INTEGER NOT NULL, 
 	identity TEXT NOT NULL, 
@@ -341,6 +514,64 @@ CREATE TABLE reading (
  WITHOUT ROWID
 
 ;
+CREATE TABLE run (
+	id INTEGER NOT NULL, 
+	identity TEXT NOT NULL, 
+	version INTEGER NOT NULL, 
+	kept_at TEXT NOT NULL, 
+	kept_by TEXT NOT NULL, 
+	supersedes INTEGER, 
+	reason TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	work_order TEXT, 
+	machine TEXT, 
+	part_type TEXT, 
+	serial TEXT, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT run_once UNIQUE (identity, version), 
+	CONSTRAINT run_superseded_once UNIQUE (supersedes), 
+	CONSTRAINT run_supersedes_earlier CHECK (supersedes < id), 
+	FOREIGN KEY(supersedes) REFERENCES run (id)
+);
+CREATE TABLE run_fact (
+	id INTEGER NOT NULL, 
+	identity TEXT NOT NULL, 
+	version INTEGER NOT NULL, 
+	kept_at TEXT NOT NULL, 
+	kept_by TEXT NOT NULL, 
+	supersedes INTEGER, 
+	reason TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	run TEXT, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT run_fact_once UNIQUE (identity, version), 
+	CONSTRAINT run_fact_superseded_once UNIQUE (supersedes), 
+	CONSTRAINT run_fact_supersedes_earlier CHECK (supersedes < id), 
+	FOREIGN KEY(supersedes) REFERENCES run_fact (id)
+);
+CREATE TABLE run_touches (
+	id INTEGER NOT NULL, 
+	run TEXT NOT NULL, 
+	at TEXT NOT NULL, 
+	name TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	content BLOB NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT run_touches_once UNIQUE (run, sha256)
+);
+CREATE TABLE session (
+	id_sha256 TEXT NOT NULL, 
+	account INTEGER NOT NULL, 
+	created_at TEXT NOT NULL, 
+	seen_at TEXT NOT NULL, 
+	expires_at TEXT NOT NULL, 
+	ended_at TEXT, 
+	address TEXT NOT NULL, 
+	PRIMARY KEY (id_sha256), 
+	FOREIGN KEY(account) REFERENCES account (id)
+);
 CREATE TABLE setting (
 	id INTEGER NOT NULL, 
 	identity TEXT NOT NULL, 
@@ -360,6 +591,65 @@ CREATE TABLE setting (
 );
 INSERT INTO "setting" VALUES(1,'SVJBR 2020VBMT 1604A2026-01-02T03:04:05.678901+00:00',1,'2026-11-23T16:34:25.537770+00:00','ana',NULL,'','d3385027f288615a85284380ab76716a05cf4c82f24ad8b95860d9bfc476e228','SVJBR 2020VBMT 1604A','{"type": "Setting", "edge": {"type": "Edge", "tool": {"type": "Tool", "number": 3, "name": "SVJBR 2020", "corner_radius_mm": 0.8, "radius_mm": null, "schema": 1}, "insert": "VBMT 1604", "corner": "A", "schema": 1}, "set_at": {"type": "datetime", "value": "2026-01-02T03:04:05.678901+00:00"}, "schema": 1}
 ');
+CREATE TABLE standard_part (
+	id INTEGER NOT NULL, 
+	identity TEXT NOT NULL, 
+	version INTEGER NOT NULL, 
+	kept_at TEXT NOT NULL, 
+	kept_by TEXT NOT NULL, 
+	supersedes INTEGER, 
+	reason TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	part_type TEXT, 
+	serial TEXT, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT standard_part_once UNIQUE (identity, version), 
+	CONSTRAINT standard_part_superseded_once UNIQUE (supersedes), 
+	CONSTRAINT standard_part_supersedes_earlier CHECK (supersedes < id), 
+	FOREIGN KEY(supersedes) REFERENCES standard_part (id)
+);
+CREATE TABLE step (
+	"order" TEXT NOT NULL, 
+	part INTEGER NOT NULL, 
+	no INTEGER NOT NULL, 
+	kind TEXT NOT NULL, 
+	state TEXT NOT NULL, 
+	run TEXT NOT NULL, 
+	program_sha256 TEXT NOT NULL, 
+	changed_at TEXT NOT NULL, 
+	attempts INTEGER NOT NULL, 
+	version INTEGER NOT NULL, 
+	PRIMARY KEY ("order", part, no), 
+	FOREIGN KEY(part) REFERENCES part (id)
+);
+CREATE TABLE task (
+	id INTEGER NOT NULL, 
+	kind TEXT NOT NULL, 
+	subject TEXT NOT NULL, 
+	state TEXT NOT NULL, 
+	document TEXT NOT NULL, 
+	said TEXT NOT NULL, 
+	lease_until TEXT, 
+	problem TEXT, 
+	result TEXT, 
+	worker TEXT NOT NULL, 
+	made_by TEXT NOT NULL, 
+	made_at TEXT NOT NULL, 
+	changed_at TEXT NOT NULL, 
+	tries INTEGER NOT NULL, 
+	progress DOUBLE NOT NULL, 
+	PRIMARY KEY (id)
+);
+CREATE TABLE temperature (
+	id INTEGER NOT NULL, 
+	machine TEXT NOT NULL, 
+	run TEXT NOT NULL, 
+	signal TEXT NOT NULL, 
+	at TEXT NOT NULL, 
+	celsius DOUBLE NOT NULL, 
+	PRIMARY KEY (id)
+);
 CREATE TABLE tool (
 	id INTEGER NOT NULL, 
 	identity TEXT NOT NULL, 
@@ -406,11 +696,52 @@ INSERT INTO "touch" VALUES(2,2,'2','dome',1.06666666666666660741e+01,-2.85714285
 INSERT INTO "touch" VALUES(3,0,'0','dome',10.0,0.0,NULL,NULL,0.001,2,NULL);
 INSERT INTO "touch" VALUES(3,1,'1','dome',1.0333333333333333925e+01,-1.42857142857142849212e-01,NULL,NULL,1.14285714285714294288e-03,3,NULL);
 INSERT INTO "touch" VALUES(3,2,'2','dome',1.06666666666666660741e+01,-2.85714285714285698425e-01,NULL,NULL,1.28571428571428586495e-03,4,NULL);
+CREATE TABLE transfer (
+	id INTEGER NOT NULL, 
+	at TEXT NOT NULL, 
+	who TEXT NOT NULL, 
+	control TEXT NOT NULL, 
+	program_sha256 TEXT NOT NULL, 
+	name TEXT NOT NULL, 
+	direction TEXT NOT NULL, 
+	sent_sha256 TEXT NOT NULL, 
+	read_back_sha256 TEXT NOT NULL, 
+	outcome TEXT NOT NULL, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id)
+);
 CREATE TABLE trueloop_schema (
 	version_num VARCHAR(32) NOT NULL, 
 	CONSTRAINT trueloop_schema_pkc PRIMARY KEY (version_num)
 );
-INSERT INTO "trueloop_schema" VALUES('0001');
+INSERT INTO "trueloop_schema" VALUES('0006');
+CREATE TABLE upload (
+	id INTEGER NOT NULL, 
+	"by" TEXT NOT NULL, 
+	name TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	created_at TEXT NOT NULL, 
+	content BLOB NOT NULL, 
+	PRIMARY KEY (id)
+);
+CREATE TABLE work_order (
+	id INTEGER NOT NULL, 
+	identity TEXT NOT NULL, 
+	version INTEGER NOT NULL, 
+	kept_at TEXT NOT NULL, 
+	kept_by TEXT NOT NULL, 
+	supersedes INTEGER, 
+	reason TEXT NOT NULL, 
+	sha256 TEXT NOT NULL, 
+	part_type TEXT, 
+	machine TEXT, 
+	document TEXT NOT NULL, 
+	PRIMARY KEY (id), 
+	CONSTRAINT work_order_once UNIQUE (identity, version), 
+	CONSTRAINT work_order_superseded_once UNIQUE (supersedes), 
+	CONSTRAINT work_order_supersedes_earlier CHECK (supersedes < id), 
+	FOREIGN KEY(supersedes) REFERENCES work_order (id)
+);
 CREATE INDEX part_type_by_part_type ON part_type (part_type);
 CREATE INDEX part_by_part_type ON part (part_type);
 CREATE INDEX part_by_serial ON part (serial, part_type);
@@ -480,4 +811,73 @@ CREATE TRIGGER reading_no_update BEFORE UPDATE ON reading BEGIN SELECT RAISE(ABO
 CREATE TRIGGER reading_no_delete BEFORE DELETE ON reading BEGIN SELECT RAISE(ABORT, 'append-only'); END;
 CREATE TRIGGER cmm_point_no_update BEFORE UPDATE ON cmm_point BEGIN SELECT RAISE(ABORT, 'append-only'); END;
 CREATE TRIGGER cmm_point_no_delete BEFORE DELETE ON cmm_point BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE INDEX both_inspections_by_part_type ON both_inspections (part_type);
+CREATE INDEX both_inspections_by_serial ON both_inspections (serial, part_type);
+CREATE INDEX both_inspections_by_machine ON both_inspections (machine);
+CREATE INDEX model_version_by_machine ON model_version (machine);
+CREATE INDEX model_version_by_parent_sha256 ON model_version (parent_sha256);
+CREATE INDEX model_decision_by_verdict ON model_decision (verdict);
+CREATE INDEX standard_part_by_part_type ON standard_part (part_type);
+CREATE INDEX standard_part_by_serial ON standard_part (serial, part_type);
+CREATE TRIGGER both_inspections_no_update BEFORE UPDATE ON both_inspections BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER both_inspections_no_delete BEFORE DELETE ON both_inspections BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER model_version_no_update BEFORE UPDATE ON model_version BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER model_version_no_delete BEFORE DELETE ON model_version BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER model_decision_no_update BEFORE UPDATE ON model_decision BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER model_decision_no_delete BEFORE DELETE ON model_decision BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER standard_part_no_update BEFORE UPDATE ON standard_part BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER standard_part_no_delete BEFORE DELETE ON standard_part BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE INDEX work_order_by_part_type ON work_order (part_type);
+CREATE INDEX work_order_by_machine ON work_order (machine);
+CREATE INDEX run_by_work_order ON run (work_order);
+CREATE INDEX run_by_machine ON run (machine);
+CREATE INDEX run_by_part_type ON run (part_type);
+CREATE INDEX run_by_serial ON run (serial, part_type);
+CREATE INDEX run_fact_by_run ON run_fact (run);
+CREATE INDEX event_by_subject ON event (subject);
+CREATE INDEX transfer_by_control ON transfer (control);
+CREATE INDEX transfer_by_program_sha256 ON transfer (program_sha256);
+CREATE INDEX alarm_by_machine ON alarm (machine);
+CREATE INDEX alarm_by_part_type ON alarm (part_type);
+CREATE INDEX certificate_by_part ON certificate (part);
+CREATE INDEX temperature_by_run ON temperature (run);
+CREATE INDEX calibration_by_machine_at ON calibration (machine, at);
+CREATE INDEX order_state_by_machine_state ON order_state (machine, state);
+CREATE INDEX order_state_by_number ON order_state (number);
+CREATE INDEX part_state_by_order ON part_state ("order");
+CREATE INDEX part_state_by_state_part ON part_state (state, part);
+CREATE INDEX part_state_by_changed_at ON part_state (changed_at);
+CREATE INDEX step_by_part ON step (part);
+CREATE INDEX step_by_run ON step (run);
+CREATE INDEX step_by_state_kind ON step (state, kind);
+CREATE INDEX step_by_program_sha256 ON step (program_sha256);
+CREATE INDEX task_by_state_id ON task (state, id);
+CREATE INDEX task_by_subject ON task (subject);
+CREATE INDEX session_by_account ON session (account);
+CREATE INDEX idempotency_by_created_at ON idempotency (created_at);
+CREATE TRIGGER work_order_no_update BEFORE UPDATE ON work_order BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER work_order_no_delete BEFORE DELETE ON work_order BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER run_no_update BEFORE UPDATE ON run BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER run_no_delete BEFORE DELETE ON run BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER run_fact_no_update BEFORE UPDATE ON run_fact BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER run_fact_no_delete BEFORE DELETE ON run_fact BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER event_no_update BEFORE UPDATE ON event BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER event_no_delete BEFORE DELETE ON event BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER transfer_no_update BEFORE UPDATE ON transfer BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER transfer_no_delete BEFORE DELETE ON transfer BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER alarm_no_update BEFORE UPDATE ON alarm BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER alarm_no_delete BEFORE DELETE ON alarm BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER alarm_acknowledged_no_update BEFORE UPDATE ON alarm_acknowledged BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER alarm_acknowledged_no_delete BEFORE DELETE ON alarm_acknowledged BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER certificate_no_update BEFORE UPDATE ON certificate BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER certificate_no_delete BEFORE DELETE ON certificate BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER program_release_no_update BEFORE UPDATE ON program_release BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER program_release_no_delete BEFORE DELETE ON program_release BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER temperature_no_update BEFORE UPDATE ON temperature BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER temperature_no_delete BEFORE DELETE ON temperature BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER run_touches_no_update BEFORE UPDATE ON run_touches BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER run_touches_no_delete BEFORE DELETE ON run_touches BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER calibration_no_update BEFORE UPDATE ON calibration BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE TRIGGER calibration_no_delete BEFORE DELETE ON calibration BEGIN SELECT RAISE(ABORT, 'append-only'); END;
+CREATE INDEX temperature_by_machine_signal_at ON temperature (machine, signal, at);
 COMMIT;
