@@ -33,10 +33,7 @@ LEAST_PARTS = 2
 
 @dataclass(frozen=True)
 class Motion:
-    """A small rigid motion p → p + shift + turn × p from the machine's part frame to the CMM's.
-
-    `standard_u` (6,) are of shift (mm) and turn (rad), NaN for motions that no point sees, which are 0.
-    """
+    """A small rigid motion p → p + shift + turn × p between part frames; `standard_u` (6,), NaN: not seen, 0."""
 
     shift_mm: Array
     turn_rad: Array

@@ -83,10 +83,7 @@ class Cut:
 
 @dataclass(frozen=True)
 class InspectionLink:
-    """That an inspection shows what a cut left: both by their identity.
-
-    `released`: the part had left the machine, so that unclamping and the machine's own errors are in it too.
-    """
+    """That an inspection shows what a cut left, both by identity; `released`: after unclamping, off the machine."""
 
     inspection: Identity
     cut: Identity
@@ -101,10 +98,7 @@ class InspectionLink:
 
 @dataclass(frozen=True)
 class Quarantine:
-    """That a cut is not to teach anything, because an alarm said so or a person did; `lifted`: it may again.
-
-    Of several of one cut the latest counts. The cut and its inspections stay as they are.
-    """
+    """That a cut is not to teach anything, or, `lifted`, may again; of several of one cut the latest counts."""
 
     cut: Identity
     at: datetime
@@ -157,10 +151,7 @@ SETS: Final = (EdgeEventKind.MOUNTED, EdgeEventKind.SET)
 
 @dataclass(frozen=True)
 class EdgeLife:
-    """One edge from one mounting to the next: `events` in order of time, the first of them its mounting.
-
-    `until` is the next mounting of an edge of the same designation, None for the latest.
-    """
+    """One edge from its mounting, the first of its `events`, to the next of its designation, `until` (None: latest)."""
 
     events: tuple[EdgeEvent, ...]
     until: datetime | None = None

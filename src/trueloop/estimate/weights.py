@@ -128,10 +128,7 @@ class Weighted:
 
 
 def plain(covariance_mm2: Array, off_mm: Array) -> Weighted:
-    """Returns weights for all n values good.
-
-    With P = V⁻¹ the prediction of value i from all others misses by (P e)_i / P_ii, with the variance 1 / P_ii.
-    """
+    """Returns weights of n good values: by P = V⁻¹ the others miss value i by (P e)_i / P_ii, variance 1 / P_ii."""
     factor, inverse = _inverted(covariance_mm2)
     precision = np.diag(inverse)
     left_out = (inverse @ off_mm) / precision

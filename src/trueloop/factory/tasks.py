@@ -105,10 +105,7 @@ def lease(store: Store, worker: str, now: datetime) -> Task | None:
 
 
 def run_task(store: Store, runners: Mapping[str, Runner], worker: str, clock: Clock) -> Task | None:
-    """Does one task; None: there is none. One of a kind that nobody knows, or that refuses, has failed.
-
-    Where the store was away the task has not failed: its lease runs out, and it is taken again.
-    """
+    """Does one task; None: there is none. A kind unknown or refused has failed; without the store it is taken again."""
     task = lease(store, worker, clock())
     if task is None or task.state != "running":
         return task

@@ -61,10 +61,7 @@ class Output:
 
 @contextmanager
 def written_as_it_comes(path: Path, inputs: Iterable[Path] = ()) -> Iterator[Output]:
-    """Opens a file for output too large for memory: written beside `path`, synced and renamed to it at the end.
-
-    After any error `path` is as before. Raises OUT-INPUT and OUT-FOLDER as `write_all`.
-    """
+    """Opens a file for output beside `path`, renamed to it when whole. Raises OUT-INPUT and OUT-FOLDER."""
     folder = path.parent
     _require_different(folder, [path.name], inputs)
     with _folder_made(folder):

@@ -129,10 +129,7 @@ def runs_as(side: Side, start_mm: Point, end_mm: Point, within_mm: float) -> boo
 
 
 def from_chuck(start_mm: Point, end_mm: Point, within_mm: float) -> bool:
-    """Returns whether a chain with these ends runs as profiles do: z grows, or, of a face alone, x falls.
-
-    Only then is the outward normal on its left, for a face that is cut from the free end.
-    """
+    """Returns whether a chain with these ends runs as profiles do: z grows or, of a face, x falls."""
     (x0, z0), (x1, z1) = start_mm, end_mm
     return z1 > z0 if abs(z1 - z0) > within_mm else x1 < x0
 

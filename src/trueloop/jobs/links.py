@@ -248,10 +248,7 @@ def send_by_line(
 
 
 def drip(opened: Opened, content: bytes, name: str) -> None:
-    """Feeds a program to a control that cuts as it comes, and holds the line while it cuts. It cannot come back.
-
-    Raises LNK-LINE, LNK-CODE, and LNK-NAME for a link that is not a serial line.
-    """
+    """Feeds a program to a control that cuts as it comes; it cannot come back. Raises LNK-LINE, LNK-CODE, LNK-NAME."""
     if not isinstance(opened.link, Line):
         raise Code.LNK_NAME.refusal(
             f"{name!r} cannot be fed while it is cut: {opened.link.where} takes whole programs",

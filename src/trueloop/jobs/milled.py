@@ -51,9 +51,7 @@ class EnteredValue:
 
 @dataclass(frozen=True, eq=False)
 class MilledJob:
-    """A job as values: `files` are all inputs, `unused` the readings that show nothing of a feature, by name;
-    `changes` those in force on the last part.
-    """
+    """A job as values: `files` read, `unused` readings by name, `changes` in force on the last part."""
 
     name: str
     parts: tuple[Part, ...]

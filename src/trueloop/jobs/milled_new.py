@@ -58,9 +58,7 @@ class CutFeatures:
     inch: bool | None = None
 
     def require_room(self, tool: str, total_mm: float) -> None:
-        """Raises MIL-CORNER where a radius that is larger by `total_mm` would not fit into an inside corner: controls
-        stop there, or cut into the walls.
-        """
+        """Raises MIL-CORNER: a radius larger by `total_mm` does not fit an inside corner; controls stop or gouge."""
         corner, cutter = self.corner_mm.get(tool), self.cutter_mm.get(tool)
         if corner is None or total_mm <= 0.0:
             return

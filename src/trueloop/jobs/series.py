@@ -319,10 +319,7 @@ def _asked(files: JobFiles, profile: Profile, book: Book) -> Mapping[str, Charac
 
 @dataclass(frozen=True)
 class SeriesProposals:
-    """Proposals that hold now, as the store has them, with what was decided; `new` are ids of those made now.
-
-    `not_accepted` says why a proposal of an automatic class waits all the same.
-    """
+    """Proposals that hold now, and decisions; `new`: ids made now; `not_accepted`: why an automatic one waits."""
 
     book: Book
     proposals: tuple[Proposal, ...]
@@ -331,9 +328,7 @@ class SeriesProposals:
 
 
 def _require_uncorrected(store: Store, book: Book) -> None:
-    """Refuses parts that were cut with a correction made from finished parts: what it took off is in no proposal, and
-    the next correction goes on with it.
-    """
+    """Refuses parts cut with a correction of finished parts: no proposal has it, the next correction goes on."""
     of_finished = {
         stored.value.record.id
         for stored in find(store, StoredCorrection, part_type=book.part_type, whole=False)
@@ -387,10 +382,7 @@ def decision_on(
     why: str = "",
     override: Collection[str] = (),
 ) -> ProposalDecision:
-    """Decides on a proposal as the book stands. Raises SER errors that `override` does not name.
-
-    Of two who decide at once the store takes the first: decisions have the proposal's identity.
-    """
+    """Decides on a proposal as the book stands; the first of two counts. Raises SER errors that `override` lacks."""
     now, series = datetime.now(UTC), book.by_identity
     by = who or user_name()
     return decide(proposal, verdict, by, now, series, book.decisions, options, why=why, override=override)

@@ -268,9 +268,7 @@ def _left(columns: Array, values: Array) -> float:
 
 
 def _explained(kind: _Kind, known: Array, values: Array) -> float:
-    """Returns the share that a cause explains of what `known`, an orthonormal basis, leaves of the values; 0 for spikes
-    inwards, which nothing makes that holds an axis at its reversal.
-    """
+    """Returns the share that a cause explains beyond the basis `known`; 0 for spikes inwards: no axis makes these."""
     rest = values - known @ (known.T @ values)
     beside = kind.columns - known @ (known.T @ kind.columns)
     if kind.outwards and float(beside[:, 0] @ rest) <= 0:

@@ -588,10 +588,7 @@ def _tool_points_mm(setup: Setup, tool: Integers, offset_mm: Array) -> Array:
 
 
 def _stands_rad(axis: str, setup: Setup, stated_deg: Array) -> Array:
-    """Returns where a rotary axis stands, (n,): as the program states, before that as the set-up does.
-
-    Raises MCH-FRAME where neither states it: at another angle the errors are others.
-    """
+    """Returns where a rotary axis stands, (n,), by the program or the set-up. Raises MCH-FRAME for neither."""
     if np.isinf(stated_deg).any():
         raise Code.MCH_FRAME.refusal(
             f"{axis} is at a place that is not known in {int(np.isinf(stated_deg).sum())} moves: after a reference "

@@ -229,9 +229,7 @@ def _likeliest(found: Sequence[tuple[_Slip, _Seen]], updated: Updated) -> list[t
 
 
 def _of_one_feature(part: Part, updated: Updated, seen: _Seen, share: float) -> bool:
-    """Returns whether one feature that is off by itself, by a chip, explains readings better than a share of a
-    displacement of all features that show it.
-    """
+    """Returns whether one feature off by itself explains readings better than a displacement of several."""
     if seen.features == 1:
         return False
     of = [{feature.name for feature in size.features} for size in part.shown]
@@ -248,9 +246,7 @@ def _chi2(updated: Updated, rows: NDArray[np.bool_], displaced: Array) -> float:
 
 
 def _sizes_before(parts: Sequence[Part]) -> Mapping[str, float]:
-    """Returns the sizes of the terms by parts already cut, by the first 3, 6, 12 … of them, and no less than those of
-    milling in general: three parts may scatter little by chance.
-    """
+    """Returns sizes of the terms by parts cut, the first 3, 6, 12 …, no less than milling's: few scatter by chance."""
     general = milled_catalogue().medians
     if len(parts) < PARTS_FOR_SIZES:
         return general

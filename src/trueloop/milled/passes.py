@@ -32,9 +32,7 @@ XY: Final = 17
 
 @dataclass(frozen=True)
 class Called:
-    """The numbers by which a pass is run: of the tool, of the registers of its radius and length (0: none in force), of
-    the work offset. `subtracted`: the control subtracts the length (G44).
-    """
+    """A pass's numbers: tool, registers of radius and length (0: none), work offset; `subtracted`: by G44."""
 
     tool: int
     radius: int

@@ -202,10 +202,7 @@ def ewma(values: Array, base: Baseline, weight: float = EWMA_WEIGHT, width: floa
 def cusum(
     values: Array, base: Baseline, allowance: float = CUSUM_ALLOWANCE, interval: float = CUSUM_INTERVAL
 ) -> tuple[Chart, Chart]:
-    """Sums of what is above and below the centre by more than `allowance` σ [ISO 7870-4]; alarms beyond `interval` σ.
-
-    Both sums are plotted upwards from 0.
-    """
+    """Sums of what exceeds `allowance` σ above and below [ISO 7870-4], upwards from 0; alarms beyond `interval` σ."""
     up, down = plotted.cusum(_z(values, base), allowance)
     half = np.full(len(values), interval * base.sigma)
     parts = (

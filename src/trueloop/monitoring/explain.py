@@ -57,10 +57,7 @@ class ExplainedAlarm:
 
 
 def explained(z: Array, explanations: Sequence[Explanation]) -> ExplainedAlarm:
-    """Returns the known explanations of values z (n,) in standard deviations about their centre, the last one alarming.
-
-    A shape that is zero throughout explains nothing and has no probability.
-    """
+    """Returns the known explanations of z (n,) in σ, alarming last; a shape of zeros explains nothing."""
     steps = np.tri(len(z)).T  # row k: a step from value k on
     of_steps = np.array([_evidence(z, step) for step in steps])
     of_known = np.array(

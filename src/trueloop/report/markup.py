@@ -97,10 +97,7 @@ def on_screen(say: Texts) -> str:
 
 
 def html_page(title: str, body: str, script: str = "", language: str = "en", connects: bool = False) -> str:
-    """Writes the page; title and body are HTML. `script` names a file beside this one that the page needs besides.
-
-    `connects`: it asks the server that it came from for more, and nobody else.
-    """
+    """Writes the page; title and body are HTML; `script`: a file beside; `connects`: it asks its own server."""
     scripts = "\n".join((HERE / name).read_text(encoding="utf-8") for name in ("page.js", script) if name)
     policy = f"{POLICY}; connect-src 'self'" if connects else POLICY
     return (

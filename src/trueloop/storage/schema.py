@@ -100,10 +100,7 @@ def check_schema(connection: Connection, where: str) -> None:
 
 
 def make_tables(connection: Connection, where: str) -> None:
-    """Makes the tables of an empty database in the transaction under way; leaves a store as it is.
-
-    Raises STO-FILE for a database that holds other tables, STO-SCHEMA for a store of another schema.
-    """
+    """Makes the tables of an empty database; leaves a store as it is. Raises STO-FILE and STO-SCHEMA for others."""
     if _schema_of(connection) is not None:
         return check_schema(connection, where)
     if others := inspect(connection).get_table_names():

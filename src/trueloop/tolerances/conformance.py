@@ -25,9 +25,7 @@ def judge(
     lower: float | None = None,
     upper: float | None = None,
 ) -> Judgement:
-    """A value against absolute limits, all in one unit; None: no limit on that side, as good as infinite freedom.
-    Without any limit there is no verdict.
-    """
+    """A value against absolute limits, in one unit; None: free on that side. Without any there is no verdict."""
     guard = guard_band(standard_u, degrees_of_freedom)
     margins = [*([] if lower is None else [value - lower]), *([] if upper is None else [upper - value])]
     margin = min(margins, default=None)

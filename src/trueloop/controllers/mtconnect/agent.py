@@ -238,10 +238,7 @@ def _agent_refused(url: str, why: str) -> TrueloopError:
 
 
 def temperature_log(url: str, observations: Sequence[ItemObservation]) -> str:
-    """Returns CSV: `time_s` since 1970, NAME_degC. A temperature holds until the next value, or UNAVAILABLE.
-
-    Raises MTC-AGENT where never all were known.
-    """
+    """Returns CSV: `time_s` since 1970, NAME_degC; a value holds until the next. Raises MTC-AGENT: never all known."""
     temperatures = [observation.item for observation in observations if observation.item.type.upper() == "TEMPERATURE"]
     named = {item.id: re.sub(r"\W", "_", item.name or item.id) for item in temperatures}
     rows: dict[float, list[float]] = {}

@@ -188,10 +188,7 @@ class MilledSize:
 
 @dataclass(frozen=True)
 class MilledPart:
-    """The features that a program mills. Where it cannot be read, `problem` says why, and `question` what helps.
-
-    Values are typed in `unit`, the program's.
-    """
+    """What a program mills, in its `unit`; where it cannot be read `problem` says why, `question` what helps."""
 
     name: str
     dialect: str = ""

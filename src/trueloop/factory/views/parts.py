@@ -94,10 +94,7 @@ class Result:
 
 @dataclass(frozen=True)
 class InspectionView:
-    """One inspection: when, by what, after which stage, what it found. `rms_um`: of all its errors.
-
-    `touches` counts those of a probe, and the points of a measuring machine.
-    """
+    """One inspection: when, by what, after which stage, what it found; `rms_um` of all errors; `touches`: points."""
 
     id: int
     at: datetime | None
@@ -111,9 +108,7 @@ class InspectionView:
 
 @dataclass(frozen=True)
 class CorrectionView:
-    """One correction of this part, and who decided of it. `source` is the name of the program that it corrects;
-    `has_report`: a page can be opened.
-    """
+    """A correction of this part, and who decided; `source`: the program's name; `has_report`: a page exists."""
 
     id: str
     product: str

@@ -34,9 +34,7 @@ ASIDE: Final = {0, 5, 6, 8, 100, 330} | ASIDE_INT
 
 
 class DrawnEntity(NamedTuple):
-    """An entity: kind, layer, name of its own line type in small letters; its `numbers` in drawing units and degrees,
-    in the order of `PLAIN`, or the entity of ezdxf.
-    """
+    """An entity: kind, layer, own line type in small letters; its `numbers` in the order of `PLAIN`, or ezdxf's."""
 
     kind: str
     layer: str

@@ -161,9 +161,7 @@ STRIDES: Final = 8
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """A face's raster (CELLS, CELLS): -1 near an edge, 0 where the face is, 1 where it is cut away. `edges_mm`: places
-    along every edge, (EDGE_SAMPLES, 3) each.
-    """
+    """A face's raster (CELLS, CELLS): -1 near an edge, 0 the face, 1 cut away; `edges_mm` (EDGE_SAMPLES, 3)."""
 
     surface: Surface
     face: Any

@@ -162,10 +162,7 @@ def _is_open(contours: Sequence[Contour]) -> bool:
 
 @dataclass(frozen=True)
 class _Bounding:
-    """A part of the section, the material of its faces on the right.
-
-    `here`: at which share of the angles one of the faces is; `buried`: at which there is none, but material all around.
-    """
+    """A part of the section, material right; `here`: angles' share with a face; `buried`: in material all around."""
 
     piece: Meridian
     here: float

@@ -115,9 +115,7 @@ def read_face(path: Path, number: int | None = None) -> CadFace:
 
 
 def groups_of(faces: Sequence[CadFace]) -> list[int]:
-    """Returns a number for each face, the same for faces that run on into each other: joined along an edge at which
-    their normals are within `RUNS_ON_DEG` all along.
-    """
+    """Returns a number for each face, equal for those joined along edges with normals within `RUNS_ON_DEG`."""
     group = list(range(len(faces)))
     for k, face in enumerate(faces):
         for j in range(k):

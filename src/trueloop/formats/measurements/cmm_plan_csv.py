@@ -17,10 +17,7 @@ KIND: Final = CsvKind(Code.TCH_FILE, Code.TCH_COLUMN, Code.TCH_NUMBER, HINT)
 
 
 def read_cmm_plan(path: Path) -> tuple[CmmTouch, ...]:
-    """Returns the points of a list that lie in the half plane of the profile, at 0 degrees.
-
-    Raises TCH errors with the line of what cannot be read, and of a point at another angle.
-    """
+    """Returns a list's points in the profile's half plane, at 0 degrees. Raises TCH errors with the line."""
     file = read_csv(path, KIND)
     rows = file.rows(COLUMNS)
     if missing := [

@@ -26,10 +26,7 @@ REPEATS_STATED: Final = re.compile(r"#\s*repeats_to_um\s+(\d{1,9}(?:\.\d*)?)\s*"
 
 
 def read_repeats(path: Path, standard_u_mm: float | None = None) -> tuple[dict[str, Array], float]:
-    """Readings in mm by what was fixed, in the order of the file, and what one repeats to: given, or as the file says.
-
-    Raises MCH-FILE and MCH-UNIT.
-    """
+    """Readings in mm by what was fixed, in order, and what one repeats to. Raises MCH-FILE and MCH-UNIT."""
     file = read_measured(path)
     rows = file.rows(("what", *READINGS))
     values_mm = _readings(rows)

@@ -110,10 +110,7 @@ def refuse_alone(path: Path) -> None:
 
 
 def read_instruments(path: Path, chain: Chain) -> Observations:
-    """Readings of every file that a readings file names.
-
-    Raises MCH-FILE, also for a key that a file needs and that is missing, MCH-AXIS, MCH-UNIT, MCH-DATA and MCH-SIGNAL.
-    """
+    """Readings of every file that a readings file names. Raises MCH-FILE, MCH-AXIS, MCH-UNIT, MCH-DATA, MCH-SIGNAL."""
     file = read_located(path, ReadingsFile, Code.MCH_FILE, hint=HINT)
     found = []
     for k, table in enumerate(file.model.readings):

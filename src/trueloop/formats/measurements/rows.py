@@ -204,10 +204,7 @@ KIND: Final = CsvKind(Code.MCH_FILE, Code.MCH_FILE, Code.MCH_FILE, HINT)
 
 
 def read_measured(path: Path, *, inches: bool = False) -> CsvFile:
-    """Reads the file and checks its units, among which `inches` may be.
-
-    Raises MCH-FILE, and MCH-UNIT for a column in a unit not used here.
-    """
+    """Reads the file and checks its units; `inches` may be. Raises MCH-FILE, MCH-UNIT: a unit not used here."""
     file = read_csv(path, KIND)
     for name in file.header:
         if (name.endswith(WRONG_UNITS) and not (inches and name.endswith("_in"))) or name in BARE:

@@ -111,9 +111,7 @@ class PointsFile:
 
 
 def read_points(path: Path) -> PointsFile:
-    """Reads the points of a file. Raises SRF-FILE with the line for anything that is not a number, a missing column, a
-    place of the grid given twice.
-    """
+    """Reads a file's points. Raises SRF-FILE with the line: no number, no column, a place of the grid twice."""
     file = read_csv(path, KIND)
     rows = file.rows((*GRID, *COORDINATES))
     points = PointsFile(np.column_stack([rows.numbers(name) for name in COORDINATES]), np.array(rows.lines))

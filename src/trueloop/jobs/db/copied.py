@@ -162,10 +162,7 @@ class Copied:
 
 
 def keep_lines(store: Store, lines: Iterable[Line], progress: Progress, source: str) -> Copied:
-    """Keeps rows as they were: who kept them, when and why, and what they supersede. All or none.
-
-    Raises STO-EXPORT for one that supersedes what does not stand before it, and what keeping refuses.
-    """
+    """Keeps rows with who, when, why and what they supersede, or none. Raises STO-EXPORT, and what keeping refuses."""
     renumbered: dict[tuple[str, int], int] = {}
     count = new = 0
     with store.writing() as connection:

@@ -135,10 +135,7 @@ class Imported:
 def import_files(
     store: Store, paths: Sequence[Path], of: InspectionOptions, progress: Callable[[str], None] = lambda _: None
 ) -> Iterator[Imported]:
-    """Files one after the other, each kept when it is yielded; `progress` is given what is being done.
-
-    Raises STO errors, and what reading refuses.
-    """
+    """Keeps files one by one as each is yielded; `progress` names it. Raises STO errors, and those of reading."""
     for path in paths:
         progress(f"importing {path}")
         with readable(path, Code.STO_IMPORT, hint=HINT), path.open("rb") as file:

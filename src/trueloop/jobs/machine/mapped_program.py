@@ -43,10 +43,7 @@ def write_corrected_points(
     limit_mm: float = Limits.correction_mm,
     inputs: Collection[Path] = (),
 ) -> CorrectedPoints:
-    """Writes what `correct_points` makes of the program, the record beside it; nothing where it refuses.
-
-    `inputs` are the program's file and those that the field was read from. Raises OUT errors.
-    """
+    """Writes what `correct_points` makes, with its record; `inputs`: program and field. Raises OUT errors."""
     written, done, changed = correct_points(program, field, provenance, all_words=all_words, limit_mm=limit_mm)
     options = {"all_words": all_words, "limit_mm": limit_mm}
     hashes = {file.name: sha256_of(file.read_bytes()) for file in inputs if str(file) != program.file}

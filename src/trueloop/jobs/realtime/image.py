@@ -338,10 +338,7 @@ def _machine(model: ModelFile | None, table: CorrectedProgram | None, options: I
 
 
 def _travel(model: ModelFile | None, options: ImageOptions) -> tuple[Ends, Ends, Ends]:
-    """Of X, Y, Z. An axis that the machine does not have stands at 0 and drives nothing: it may be asked for any.
-
-    Raises RTC-MODEL for a travel that nobody states, or that has no end.
-    """
+    """Of X, Y, Z; one that is not there stands at 0 anywhere. Raises RTC-MODEL: a travel not stated or without end."""
     chain = model.model.machine.chain if model else None
     there = [a for a in "XYZ" if a in chain.order] if chain else ["X", "Z"]
     found = {a: options.travel_mm.get(a, chain.axis(a).travel if chain else (1.0, 0.0)) for a in there}

@@ -311,9 +311,7 @@ def whole_of_cut(store: Store, cut: Cut) -> LivedPart | None:
 
 @dataclass(frozen=True)
 class _Corrections:
-    """Corrections with what the loop gave (of one imported as a record alone there are no curves), but without it: the
-    latest by its id and by each part that it was made from.
-    """
+    """Corrections without what the loop gave: the latest by its id and by each part that it was made from."""
 
     by_id: Mapping[str, Correction[Any]]
     by_part: Mapping[Identity, Correction[Any]]

@@ -119,9 +119,7 @@ def facts_of(inputs: Inputs, correction: Correction, touched: Cut) -> tuple[Any,
 
 
 def _as_known(store: Store, cut: Cut) -> Cut:
-    """The cut as it was kept with an inspection before, where it ran the same program; of a finish cut what was in
-    force is what the correction took for it.
-    """
+    """The cut as kept with an earlier inspection, if of this program; what was in force as the correction has it."""
     known = next(iter(reversed(cuts_of(store, cut.part, cut.stage))), None)
     if known is None:
         return cut

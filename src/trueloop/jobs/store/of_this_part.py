@@ -67,9 +67,7 @@ def as_known(store: Store, inspection: Inspection) -> Inspection:
 
 
 def finished_already(store: Store, inspections: Sequence[Inspection], finished: bool) -> Iterator[Finding]:
-    """Yields a warning where a part's finish cut was kept before new touches of its semi-finished surface, a note where
-    it was before a further inspection of its finished one.
-    """
+    """Yields a warning: finished before new touches of its rough surface; a note: before a further inspection."""
     for inspection in inspections[:1]:
         known = find(store, Inspection, identity=joined(inspection.identity))
         if not known and cuts_of(store, inspection.part, Stage.FINISH):
@@ -110,10 +108,7 @@ SHOWS_MOVED: Final = 6
 
 
 def other_points(part: Part, before: Correction, after: ErrorVectors) -> Iterator[Finding]:
-    """Yields a warning where the points are not those that were touched before the finish cut.
-
-    With memory few are touched: more that are inspected then are not another plan.
-    """
+    """Yields a warning where the points are others than before the finish cut; with memory more may be inspected."""
     touched, found = len(before.touches.point), len(after.point)
     near = sum(bool(_distances_mm(before, place).min() <= ON_PROFILE_MM) for place in after.nominal_mm)
     fewer_touched = before.memory is not None and near == touched
@@ -129,9 +124,7 @@ def other_points(part: Part, before: Correction, after: ErrorVectors) -> Iterato
 
 
 def require_size(before: Correction, after: ErrorVectors) -> None:
-    """Raises STO-UNIT for errors too large to be what a finish cut left, moved or not, for those that a unit would
-    explain, and for errors that are all exactly zero.
-    """
+    """Raises STO-UNIT for errors too large of a finish cut, moved or in another unit, and for all exactly zero."""
     size, touched = rms(after.error_mm), rms(before.model.vectors.error_mm)
     band = rms(before.prediction.expanded_u_mm)
     by_unit = _unlike_mm(before, after) > LARGEST * band and size / MM_PER_INCH <= band

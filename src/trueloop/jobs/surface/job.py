@@ -184,9 +184,7 @@ def pattern_of_parts(read: ReadSurface, parts: Sequence[Part]) -> SurfaceModel:
 
 
 def compare_jobs(before: ReadSurface, after: ReadSurface, work: Work = HERE) -> Comparison:
-    """Takes the parts of both jobs apart. Raises SRF-COMPARE for jobs of different surfaces or alignments, SRF-PARTS
-    for a job without parts.
-    """
+    """Takes both jobs' parts apart. Raises SRF-COMPARE: other surface or alignment, SRF-PARTS: none."""
     with in_file(after.job):
         require_comparable(require_one_face(before).inputs, require_one_face(after).inputs)
     groups = []

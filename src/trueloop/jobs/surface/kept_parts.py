@@ -34,9 +34,7 @@ ALONG: Final = 0.999
 
 
 def keep_parts(store: Store, read: ReadSurface) -> KeptFacts:
-    """Keeps the job's measured parts with all their points: all or none. Raises STO-OTHER-PART, and what keeping
-    refuses.
-    """
+    """Keeps the job's parts with all their points, or none. Raises STO-OTHER-PART, and what keeping refuses."""
     return keep_facts(store, part_facts(store, read.inputs))
 
 

@@ -180,9 +180,7 @@ def _sha256_beside(file: Path, record: Record, by: Ran | None) -> str:
 
 
 def with_possible(inputs: Inputs, records: Sequence[tuple[Record, str]]) -> Inputs:
-    """Returns inputs with the corrections, in words, that may have cut the measured part; where all were made after it
-    was measured, with a note: a clock that is wrong would make them so.
-    """
+    """Returns inputs with the corrections that may have cut the part; a note where all are younger: a wrong clock."""
     measured_at = inputs.measured_at
     possible = tuple(
         words
@@ -299,10 +297,7 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
 
 
 def require_another_part(record: Record, inspections: Sequence[Inspection]) -> None:
-    """Refuses a correction made from the finished part that it is stated to have cut: CMP-CUT-WITH.
-
-    One made before the finish cut is meant for the part that it was made from.
-    """
+    """Refuses a correction made from the finished part that it is stated to have cut: CMP-CUT-WITH."""
     serials = {inspection.part.serial for inspection in inspections if inspection.part.serial}
     own = sorted(serials & {inspection.part.serial for inspection in record.inspections})
     if record.cut_with is not None and (own or _is_from(record, inspections, one_part=True)):

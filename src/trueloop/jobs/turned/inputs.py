@@ -145,10 +145,7 @@ def _nose(files: JobFiles, nose_from: Sequence[Path]) -> NoseModel | None:
 
 
 def _of_nose(tool: TableOfTool, other: JobFiles) -> Iterator[NoseTouches]:
-    """Yields the touches of another job of what that edge cut there, once for each set-up that it cut in.
-
-    Raises NC-NO-TOOL where the job lists its edges and none of them is that one.
-    """
+    """Yields another job's touches of what that edge cut, by set-up. Raises NC-NO-TOOL where it lists others only."""
     job = other.job
     if not job.gauging.touches_files:
         raise Code.TCH_FILE.refusal(
@@ -235,9 +232,7 @@ def decided_of(files: JobFiles, profile: Profile) -> Mapping[str, CalledOffset |
 
 @dataclass(frozen=True)
 class ReadSetups:
-    """A part with its set-ups: `profile` in the part's frame, and what each set-up cuts of it. `files` is the job by
-    set-up, as if that were its only one.
-    """
+    """A part, its `profile`, and what each set-up cuts of it; `files`: the job by set-up as if its only one."""
 
     profile: Profile
     found: InSetups

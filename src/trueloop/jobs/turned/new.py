@@ -325,10 +325,7 @@ class GaugeSheet:
 
 
 def gauge_sheet_of(path: Path) -> GaugeSheet:
-    """Makes the sheet: what the job's drawing requests, and further diameters and lengths, in the first program's unit.
-
-    Raises JOB, GEO, TOL and NC errors.
-    """
+    """Makes the sheet of the drawing's and further sizes, in the first program's unit. Raises JOB, GEO, TOL, NC."""
     files = JobFiles.of(path)
     first, *_ = of_setups = files.of_setups
     programs = [setup.finish_program() for setup in of_setups]
@@ -339,10 +336,7 @@ def gauge_sheet_of(path: Path) -> GaugeSheet:
 
 
 def write_sheet(sheet: GaugeSheet, target: Path) -> Path:
-    """Writes the sheet as a page (.html), as that on paper (.pdf, by a browser), or as the file to fill in.
-
-    Raises OUT errors; the files that it was made from are never written over.
-    """
+    """Writes the sheet as a page (.html), on paper (.pdf, by a browser), or to be filled in. Raises OUT errors."""
     ending = target.suffix.lower()
     content = sheet.page if ending in (".html", ".htm", ".pdf") else sheet.csv
     pdf = ending == ".pdf"

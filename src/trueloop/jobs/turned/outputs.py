@@ -38,9 +38,7 @@ NAMES: Final = (("table", "csv"), ("report", "html"), ("report", "pdf"), ("repor
 
 
 def as_first_made(corrected: PartCorrection, folder: Path) -> PartCorrection:
-    """Returns the corrections with the time at which they were made first where their records are in the folder: one
-    that is only written again is no younger than the parts that it has cut.
-    """
+    """Returns corrections with the time of their records in the folder: written again they are no younger."""
     setups = [
         replace(setup, edges=tuple(_first_made(setup, edge, folder) for edge in setup.edges))
         for setup in corrected.setups

@@ -203,10 +203,7 @@ def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
 
 
 def _require_one_part(measured: MeasuredFile, inspections: Sequence[Inspection]) -> None:
-    """Raises MSR-SERIAL where inspections that no serial number joins hold one value: the next part's, or read again.
-
-    Their mean would be of no part.
-    """
+    """Raises MSR-SERIAL where inspections without a common serial number hold one value: not one part's."""
     first: dict[tuple[object, ...], Inspection] = {}
     for inspection in inspections:
         for key in _values_of(inspection):

@@ -63,9 +63,7 @@ def _shares(files: JobFiles, contours: Sequence[OwnContour | None], frame: Setup
 
 
 def require_edges_named(files: JobFiles, corrected: PartCorrection) -> None:
-    """Raises SET-EDGE where edges of two set-ups are one for the store, and the job does not state `name` of both:
-    what one teaches would be taken for the other's.
-    """
+    """Raises SET-EDGE where edges of two set-ups are one for the store and the job does not state both `name`s."""
     tables = {(setup.name, tool.called): tool for setup in files.job.setups for tool in setup.tools}
     for (correction, edge), (other, same) in combinations(_edges(corrected), 2):
         if correction is other or _identity(edge) != _identity(same):
@@ -217,9 +215,7 @@ def of_characteristic(reading: Reading, characteristic: Characteristic) -> Readi
 def stored_inputs(
     inputs: Inputs, profile: Profile, own: OwnContour | None, drawn: Sequence[Characteristic] = ()
 ) -> Inputs:
-    """Returns an edge's inputs as those of its own part; `profile` is the whole part's, `drawn` as in
-    `inspection_of_edge`. A job's only tool has all.
-    """
+    """Returns an edge's inputs as of its own part; `profile`: the whole part's; `drawn` as in `inspection_of_edge`."""
     if own is None:
         return inputs
     part = replace(inputs.part, name=name_of_share(inputs.part.name, own, inputs.setup))

@@ -109,10 +109,7 @@ def tracked(
     in_force_mm: Mapping[Identity, float] | None = None,
     prior: LevelPrior = TURNING,
 ) -> TrackedSeries:
-    """Follows a series: every expectation is of earlier parts alone.
-
-    `factors` and `in_force_mm` by series; one that is not named has the factor 1, and what its last part was cut with.
-    """
+    """Follows a series by earlier parts alone; `factors` and `in_force_mm` by series, else 1 and the last part's."""
     done = steps([made_part.reading for made_part in series.made], prior)
     parts = tuple(_parts(series.made, done))
     now_mm = (in_force_mm or {}).get(series.identity, series.made[-1].correction_mm)

@@ -142,10 +142,7 @@ class RecordedCorrection:
 
 
 def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) -> RecordedCorrection:
-    """Corrects by measured parts: never by another program's, never by old ones.
-
-    Raises SRF, NC and CMP errors for what cannot or must not be corrected.
-    """
+    """Corrects by measured parts, never another program's or old ones. Raises SRF, NC and CMP errors."""
     limits = inputs.options.limits
     ran = None if inputs.cut_with.corrected else inputs.program_sha256
     notes = refuse_misuse(inputs.program, ran, inputs.measured_at, now, limits)

@@ -318,9 +318,7 @@ def few_parts_field(faces: Sequence[FaceParts], names: Sequence[str], options: S
 
 
 def require_form_alone(names: Sequence[str], options: SurfaceOptions) -> None:
-    """Raises SRF-PARTS where there is no part, or few parts would be corrected by their datums: how each was set up
-    shows only beside others.
-    """
+    """Raises SRF-PARTS for no part, or few by their datums: how each was set up shows beside others only."""
     if names and options.best_fit:
         return
     raise Code.SRF_PARTS.refusal(

@@ -106,9 +106,7 @@ class OfSeries:
 
 @dataclass(frozen=True, eq=False)
 class OfHistory:
-    """Knowledge from earlier parts of an edge and `part` before its finish cut, which is the next one. Where its finish
-    cut was measured too, the next cut is that of another part of its type.
-    """
+    """Knowledge from earlier parts and `part` before its finish cut, the next one; if measured, of another part."""
 
     profile: Profile
     vectors: ErrorVectors

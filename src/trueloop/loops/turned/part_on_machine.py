@@ -134,10 +134,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class InMachine:
-    """One job's finish pass placed in the machine: the tool when finishing and semi-finishing, and the probe.
-
-    `travel` (2,): which way x and z go in the finish pass, 0 where it is not known.
-    """
+    """A job's finish pass in the machine: tools of both cuts, the probe; `travel` (2,): sense of x, z, 0: not known."""
 
     finishing: Standing
     semifinishing: Standing

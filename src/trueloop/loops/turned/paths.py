@@ -222,10 +222,7 @@ def cramped_bows(matched: Commanded, model: ProfileErrorModel, paths: Paths, fit
 def shared_contour_notes(
     program: Program, path: ToolPath, move: int, x_before_mm: Array, x_after_mm: Array
 ) -> list[str]:
-    """Says which roughing cycle shares the contour that a move is on, and what it may object to.
-
-    The contour's ends in x (n,), before and after correcting.
-    """
+    """Notes the roughing cycle that shares a move's contour, by the contour's ends in x (n,), before and after."""
     cycle = finishing_cycle(program, path, move)
     cycles = [] if cycle is None else roughed_by(program, cycle)
     notes: list[str] = [

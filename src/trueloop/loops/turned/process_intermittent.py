@@ -447,9 +447,7 @@ def _composed(
     nose_mm: float,
     before_mm: Array,
 ) -> Composed:
-    """Returns the components at the touches: COMP_PROC is what the prediction takes out of the process error, on top of
-    `before_mm`, what of it the program in force did already.
-    """
+    """Returns the components at the touches: COMP_PROC is the prediction's, on top of `before_mm` of the program."""
     gain = np.array([curve.gain for curve in model.curves])[model.vectors.feature_index]
     process_mm = before_mm + (prediction.after_mm - expected_uncorrected_mm(model)) / gain
     comp_mtg_mm = comp_mtg_at(machine, surface.touches, process_mm, nose_mm)

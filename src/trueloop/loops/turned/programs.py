@@ -134,10 +134,7 @@ def _sharing(program: Program, by_word: Mapping[int, CalledOffset], calls: Set[C
 
 @dataclass(frozen=True)
 class Programs:
-    """The corrected program as the decision wants it, and its variant with `wear` written into it, if there is one.
-
-    `changes` are those of the one to run, `notes` what to know before running it.
-    """
+    """The corrected program, and its variant with `wear` if any; `changes` of the one to run, `notes` before it."""
 
     corrected: bytes
     offsets: bytes | None

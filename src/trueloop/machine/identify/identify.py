@@ -343,9 +343,7 @@ def closed_rows(machine: Machine, terms: tuple[Term, ...], readings: Observation
 
 
 def unknown_columns(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> Array:
-    """Returns an orthonormal basis of the weighted columns of the runs' own zeros and slopes and of the instruments'
-    unknowns, without those that constants of the model stand for.
-    """
+    """Returns a basis of the weighted columns of runs' zeros, slopes and instruments, without the model's constants."""
     weight = values_weight(readings)[:, None]
     zeros, constants = np.hstack([zero_columns(readings), instrument_columns(readings)]) * weight, constants_of(terms)
     if constants:

@@ -139,9 +139,7 @@ def _refitted(
 
 
 class _Downdated:
-    """The weighted readings in an orthonormal basis q of the columns of model and instruments, zeros and slopes of runs
-    taken out.
-    """
+    """Weighted readings in an orthonormal basis q of model and instruments, less zeros and slopes of runs."""
 
     def __init__(self, identification: Identification, readings: Observations) -> None:
         machine = identification.model.machine

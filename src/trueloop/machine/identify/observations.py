@@ -322,10 +322,7 @@ def _spread(rest: Array, parameters: int) -> float:
 
 
 def _scatter(rest: Array, share: Array, parameters: int) -> float:
-    """Returns the standard deviation of unit weight. With Huber's weights: K √(Σψ²/(n−p)) / m,
-
-    K = 1 + (p/n)(1−m)/m, m = mean ψ′ [Huber 1981 §7.6].
-    """
+    """Returns s of unit weight; by Huber K √(Σψ²/(n−p)) / m, K = 1 + (p/n)(1−m)/m, m = mean ψ′ [Huber 1981 §7.6]."""
     freedom = len(rest) - parameters
     inside = float(np.mean(share >= 1.0))
     if inside == 1.0:

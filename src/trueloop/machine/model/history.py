@@ -63,10 +63,7 @@ class Lag:
 
 @dataclass(frozen=True)
 class History:
-    """The record of sensors: `time_s` (m,) ascending, each signal (m,). The machine is in equilibrium at the first row.
-
-    `units` are those of the signals, where they are known.
-    """
+    """The record of sensors: `time_s` (m,) ascending, each signal (m,) from equilibrium; `units` where known."""
 
     time_s: Array
     signals: Mapping[str, Array]

@@ -34,9 +34,7 @@ def turning_terms(
 def five_axis_terms(
     chain: Chain, *, degree: int = 3, count: int = 1, datum: float | None = None, both_ways: bool = False
 ) -> tuple[Term, ...]:
-    """Returns those of a mill, and six motion errors of each rotary axis, zero where it stands at 0. The place of its
-    line is one of the `frame_terms`.
-    """
+    """Returns a mill's terms and six motion errors of each rotary axis, zero at 0; lines are `frame_terms`."""
     rotary = [axis for axis in chain.axes if axis.kind is AxisKind.ROTARY]
     turns = [_turn(axis, component, degree, count, both_ways) for axis in rotary for component in "XYZABC"]
     return mill_terms(chain, degree=degree, count=count, datum=datum, both_ways=both_ways) + tuple(turns)

@@ -55,10 +55,7 @@ def known_state(
 
 
 def require_in_force(model: MachineModel, sha256: str) -> None:
-    """Refuses a version that is offered and that nobody accepted (MCH-OFFERED): nothing may be corrected by it.
-
-    `sha256` is that of the model's file.
-    """
+    """Refuses an offered version that nobody accepted (MCH-OFFERED); `sha256` is that of the model's file."""
     version = model.version
     if version is None or version.accepted is not None:
         return

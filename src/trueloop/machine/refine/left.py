@@ -18,10 +18,7 @@ LEAST = 0.05
 
 @dataclass(frozen=True)
 class Change:
-    """One axis error at one position of its axis (NaN: it has none) and at signals: old and new value and the new u.
-
-    Values are in mm or rad; `shown` gives them in µm or µrad.
-    """
+    """One axis error at a position (NaN: none) and signals, before, after and u; mm or rad, `shown` in µm or µrad."""
 
     error: ErrorName
     at: float
@@ -37,9 +34,7 @@ class Change:
 
 
 def changes(old: MachineModel, new: MachineModel) -> tuple[Change, ...]:
-    """Returns every error that changed, at five places over the known range of its axis, at the least and greatest
-    temperature of the signals that it follows, all of them together.
-    """
+    """Returns every changed error at five places of its range, at the least and greatest temperatures."""
     found = []
     for term, where in zip(new.terms, new.slices(), strict=True):
         rows = list(_of_term(old, new, term, where))

@@ -32,9 +32,7 @@ STRAIGHT_MM: Final = 1e6
 def profile_as_dict(
     name: str, profile: Profile, centre: CentrePath, setups: Sequence[SetupFrame] = ()
 ) -> dict[str, object]:
-    """Converts a profile and what of it a nose reaches; x is a radius, turns are positive at convex corners. The
-    frames of its set-ups where it has several.
-    """
+    """Converts a profile with a nose's reach and its set-ups' frames; x is a radius, convex turns positive."""
     frames = [asdict(setup) | {"z_of_program": setup.words} for setup in setups]
     return ({"setups": frames} if frames else {}) | {
         "part": name,

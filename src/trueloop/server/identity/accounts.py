@@ -167,10 +167,7 @@ class FirstAccount:
 
 
 def add_account(store: Store, new: NewAccount, now: datetime, by: str = "", *, first: bool = False) -> AccountRow:
-    """Makes an account; `first`: only where there are none.
-
-    Raises SRV-ACCOUNT for a name that is not allowed or is taken, or an unknown role, SRV-PASSWORD.
-    """
+    """Makes an account; `first`: only where none is. Raises SRV-ACCOUNT (name or role), SRV-PASSWORD."""
     if not _NAME.fullmatch(new.name):
         raise _refused(new.name, "it is no name", "1 to 64 letters, digits and . _ @ -, a letter or digit first")
     _require(new.name, new.role, new.language)

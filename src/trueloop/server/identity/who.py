@@ -19,10 +19,7 @@ ROLES: tuple[Role, ...] = ("viewer", "operator", "engineer", "admin")
 
 @dataclass(frozen=True)
 class Who:
-    """`name`: of the account, or of the key. `session`: the hash of the session's id; empty for a key.
-
-    `once`: as what account, and under which key, he asks for what is done once.
-    """
+    """`name` of account or key; `session`: its id's hash, "" of a key; `once`: account and key of a request."""
 
     name: str
     role: Role

@@ -269,9 +269,7 @@ def checked(
 
 
 def usual(feature: Feature) -> Characteristic | None:
-    """Returns the characteristic that a drawing usually states of a feature of this shape, without a nominal; None of a
-    face at z = 0, and of a curve.
-    """
+    """Returns the characteristic usually drawn of a feature's shape, without nominal; None: at z = 0, a curve."""
     if isinstance(feature, Curve):
         return None
     if isinstance(feature, Arc):

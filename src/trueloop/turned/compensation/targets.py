@@ -157,9 +157,7 @@ def bent_lines(
 def cramped_lines(
     cuts: Sequence[Cut], arc_moves: Sequence[int], corrected: Sequence[CentrePiece], fitting: Fitting
 ) -> list[int]:
-    """Returns the features that are lines in the program, and bend by more than the tolerance over the first or the
-    last move that the nose needs before a corner: no moves follow them.
-    """
+    """Returns the lines that bend by more than the tolerance over the nose's room at a corner: no moves follow them."""
     found = []
     for k, cut in enumerate(cuts):
         if cut.move in arc_moves or not isinstance(corrected[cut.feature].shifted.feature, Line):

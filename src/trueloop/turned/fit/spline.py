@@ -221,9 +221,7 @@ class SplineFit:
 
     @property
     def leave_one_out_mm(self) -> Array:
-        """Returns the errors of predicting each point from the others, knots kept: residual / (1 − leverage). NaN where
-        no other point determines it.
-        """
+        """Returns the errors of predicting points from the others: residual / (1 − leverage); NaN: undetermined."""
         spare = 1.0 - self.leverage
         return np.where(spare > 1e-9, self.residual_mm / np.where(spare > 1e-9, spare, 1.0), np.nan)
 

@@ -217,9 +217,7 @@ def offset_state(state: CoordinateState, is_diameter: bool | None) -> Coordinate
 def update_edits(
     program: Program, path: ToolPath, lead: int, values_mm: dict[str, float], tool: int, is_diameter: bool | None
 ) -> list[Edit]:
-    """Writes UPD statements with these values, written before move `lead` where there are none. The control adds the
-    value to the programmed coordinate.
-    """
+    """Writes UPD statements that add these values to coordinates, before move `lead` where there are none."""
     state = path.coordinate_state(lead)
     edits: list[Edit] = []
     for axis, value_mm in values_mm.items():

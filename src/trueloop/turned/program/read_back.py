@@ -66,10 +66,7 @@ def check_contour(
     tolerance_mm: float,
     source: SourceContour | None = None,
 ) -> None:
-    """Refuses a program whose moves `span` (first, last) deviate from the intended path by more than the tolerance.
-
-    Only where the source follows its own, where that is `source`.
-    """
+    """Refuses a program whose moves `span` are off the intended path by more than the tolerance, as `source` is not."""
     moves = _cutting(path, span)
     ends = [piece.shifted.feature.length_mm for piece in intended]
     starts = [0.0] * len(ends)  # a free end is where the centre's path passes it: on the axis, before a sloping error's

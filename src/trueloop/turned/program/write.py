@@ -183,9 +183,7 @@ EDGE: Final = math.cos(math.radians(10.0)), math.cos(math.radians(80.0))
 
 
 def _breaks_edge(path: ToolPath, move: int, cut: int, beyond: int) -> bool:
-    """Returns whether a move between the contour's `cut` at one of its ends and a feed move `beyond` it is a line that
-    breaks an edge which is not drawn.
-    """
+    """Returns whether a move between `cut` at an end and a feed `beyond` breaks an edge that is not drawn."""
     if not np.all(path.motion[[move, beyond]] == Motion.LINE):
         return False
     along, own = ((path.end_mm[k] - path.start_mm[k])[[0, 2]] for k in (cut, move))
@@ -194,10 +192,7 @@ def _breaks_edge(path: ToolPath, move: int, cut: int, beyond: int) -> bool:
 
 
 def corrected_source(program: Program, path: ToolPath, targets: Displacements) -> list[Edit]:
-    """Returns the edits that displace the contour, and after it increments so that they end where they did.
-
-    Raises NC-EDIT where a word cannot be moved.
-    """
+    """Returns the edits that displace the contour and keep later increments' ends. Raises NC-EDIT."""
     require_own_shape(program, path, range(targets.first, min(targets.last + 2, len(path))))
     edits: list[Edit] = []
     held = np.array(path.start_mm[targets.first])

@@ -191,10 +191,7 @@ def check_places(readings: Sequence[MatchedReading]) -> None:
 
 
 def check_sizes(readings: Sequence[MatchedReading], nominal: Sequence[float], allowance_mm: float) -> None:
-    """Refuses readings too far from the profile's nominal values, (n,), naming the blunder that would explain them.
-
-    What the cut was to leave on may be on.
-    """
+    """Refuses readings too far from nominal, (n,), naming a blunder; what the cut should leave on may be on."""
     far = [
         k
         for k, reading in enumerate(readings)
@@ -293,9 +290,7 @@ def neighbour_words(
 
 
 def _slips(profile: Profile, vectors: ErrorVectors, limits: Limits, largest: float) -> Iterator[tuple[int, int]]:
-    """Yields the reading of a line that alone stands apart, by sizes of `largest` standard deviations, and the one
-    beside it, a reading or a touch.
-    """
+    """Yields the reading of a line that alone stands apart, in `largest` standard deviations, and its neighbour."""
     for index in range(len(profile.features)):
         rows = vectors.of_feature(index)
         if not isinstance(profile.features[index], Line) or not (apart := _apart(vectors, rows, limits, largest)):
@@ -310,9 +305,7 @@ def _slips(profile: Profile, vectors: ErrorVectors, limits: Limits, largest: flo
 
 
 def _apart(vectors: ErrorVectors, rows: NDArray[np.intp], limits: Limits, largest: float) -> list[tuple[int, int]]:
-    """Returns the neighbours among rows of a feature, in its order, of which one at least is a reading, that are
-    further apart than a line's errors are.
-    """
+    """Returns neighbours among a feature's rows, one a reading, that are further apart than a line's errors."""
     pairs = zip(rows[:-1].tolist(), rows[1:].tolist(), strict=True)
     read = [(a, b) for a, b in pairs if vectors.by_gauge[a] or vectors.by_gauge[b]]
     return [(a, b) for a, b in read if _scatter_mm(vectors, a, b) > _form_mm(vectors, a, b, limits, largest)]

@@ -111,11 +111,7 @@ def _fits(profile: Profile, places: _Places, ball_mm: float, axis: Axis) -> bool
 
 
 def _in_plane(places: _Places, axis: Axis) -> tuple[Array, Array, Array]:
-    """Returns nominal and measured (x, z) with x the distance from the axis, (n, 2), and normals (x, z, around), (n,
-    3).
-
-    nan where not stated.
-    """
+    """Returns nominal and measured (x, z), (n, 2), x from the axis, and normals (x, z, around), (n, 3); nan: none."""
     along, first, second, sign = AXES[axis]
     nominal, measured, normal = places.nominal, places.measured, places.normal
 

@@ -52,9 +52,7 @@ def with_readings(
 
 
 def require_places(readings: Sequence[MatchedReading], vectors: ErrorVectors) -> None:
-    """Raises MSR-NONE where no error at a place follows from readings: an angle alone turns a surface about any place,
-    the radius of an arc is that of a circle with any centre.
-    """
+    """Raises MSR-NONE where no error at a place follows: an angle turns about any, an arc's radius has any centre."""
     if len(vectors.point):
         return
     kinds = ", ".join(sorted({str(reading.reading.quantity) for reading in readings}))
@@ -70,9 +68,7 @@ def _knows_z(touches: ErrorVectors) -> bool:
 
 
 def z_zero(vectors: ErrorVectors) -> NDArray[np.intp]:
-    """Returns the positions of the places on the face from which z counts: a touch, or the datum of the lengths read.
-    Empty: z counts from none of them.
-    """
+    """Returns the positions of places on the face from which z counts, a touch or the lengths' datum; or none."""
     datum = [name in vectors.gauged and name.endswith(f"({DATUM})") for name in vectors.point]
     return np.flatnonzero(vectors.at_reference | np.array(datum, dtype=np.bool_))
 
@@ -254,9 +250,7 @@ Place = tuple[int, float]
 
 
 def determined(readings: Sequence[Seen]) -> dict[Place, tuple[float, float]]:
-    """Returns the errors at places that readings determine, (error, standard uncertainty) in mm, in the order of the
-    places, by weighted least squares. What holds by definition is exact.
-    """
+    """Returns the errors at places that readings determine, (error, u) in mm, by weighted least squares."""
     exact = {
         _places(reading)[0]: reading.value_mm / float(reading.weight[0])
         for reading in readings
@@ -329,9 +323,7 @@ def _places(reading: Seen) -> list[Place]:
 
 
 def shared_words(vectors: ErrorVectors, owns: Sequence[Collection[int]], names: Sequence[str]) -> list[str]:
-    """Returns in words what readings of features of several owners correct; `owns` are the features of each, `names`
-    those of all features.
-    """
+    """Words what readings of several owners' features correct; `owns`: features of each, `names`: of all."""
     found: list[str] = []
     unused: list[str] = []
     for observation in vectors.seen:

@@ -230,9 +230,7 @@ class SeriesState:
 
 
 def series_state(profile: Profile, parts: Sequence[ErrorVectors]) -> SeriesState | None:
-    """Returns the state after parts in the order in which they were cut, at least two; None where the latest
-    contradicts those before it.
-    """
+    """Returns the state after two parts or more, in cutting order; None: the latest contradicts those before."""
     observed = [_unworn(observed_of(profile, one, float(k))[1]) for k, one in enumerate(parts)]
     catalogue = catalogue_of(profile, drifting=True)
     sizes = fitted_sizes(catalogue, observed[:-1][-FITTED_PARTS:])
