@@ -318,8 +318,9 @@ def next_measurement(
     if unknown := [kind for kind in kinds if kind not in KINDS]:
         raise typer.BadParameter(f"{unknown[0]!r} is not one of {', '.join(KINDS)}", param_hint="--with")
     taken = dict(map(_minutes, minutes or ()))
+    from trueloop.formats.inspections.gauge_csv import holds_readings
     from trueloop.formats.outputs import write_all
-    from trueloop.jobs.measure.next_measurement import next_of_job, next_of_part, written_files
+    from trueloop.jobs.measure.next_measurement import SHEET, next_of_job, next_of_part, written_files
     from trueloop.jobs.store.opened import opened
 
     asked, job = [one for one in KINDS if one in kinds], Path(of_what) if of_what.endswith(".toml") else None
@@ -331,14 +332,15 @@ def next_measurement(
         found = next_of_part(opened(db), of_what, count, asked, taken, part_type)
     if output is not None and found.plan.chosen:
         texts = written_files(found, job, control)
-        for file in write_all(output, [(name, text.encode()) for name, text in texts.items()], found.files):
+        inputs = (*found.files, *([output / SHEET] if holds_readings(output / SHEET) else []))
+        for file in write_all(output, [(name, text.encode()) for name, text in texts.items()], inputs):
             typer.echo(f"written: {file}", err=True)
     if as_json:
         print_json(found.as_dict())
         return
     if not found.measured:
         typer.echo(
-            "No file of touches or readings that the job names is there: planned as for a part not measured yet."
+            "No file of touches or readings that the job names has a value: planned as for a part not measured yet."
         )
     _show(found.plan)
 

@@ -40,6 +40,31 @@ def test_sizes_are_written_as_a_sheet_to_fill_in(tmp_path: Path) -> None:
     assert all(row["value_in"] == "" for row in rows)
 
 
+@pytest.mark.parametrize("measured", ["gauge", "points"])
+def test_the_job_that_new_writes_is_planned_before_anything_is_filled_in(measured: str, tmp_path: Path) -> None:
+    """Its file has empty cells: for `measure next` a part not measured yet, for `measure plan` the points to touch."""
+    program, folder = EXAMPLES / "shaft" / "finish.nc", tmp_path / "job"
+    run("new", program, "--nose-radius-mm", 0.8, "-d", "fanuc-lathe", "--measured", measured, "--folder", folder)
+    told = run("measure", "next", folder / "job.toml", "--with", "micrometer")
+    assert told.startswith("No file of touches or readings that the job names has a value") and "cylinder-1" in told
+    if measured == "points":
+        points = len((folder / "touches.csv").read_text().splitlines()) - 1
+        assert len(run("measure", "plan", folder / "job.toml").splitlines()) - 1 == points > 10
+
+
+def test_a_sheet_that_was_filled_in_is_not_written_over(tmp_path: Path) -> None:
+    next_sheet = "measure", "next", MODBAS2, "--with", "micrometer", "-o", tmp_path
+    whole_sheet = "measure", "sheet", MODBAS2, "-o", tmp_path / "sheet.csv"
+    for command in (next_sheet, whole_sheet):
+        run(*command)
+        run(*command)  # without a value it is written anew
+    file = tmp_path / "sheet.csv"
+    filled = file.read_text().rstrip("\n") + "1.2\n"
+    file.write_text(filled)
+    for command in (next_sheet, whole_sheet):
+        assert "OUT-INPUT" in run(*command, status=4) and file.read_text() == filled
+
+
 def test_a_log_of_the_planned_touches_becomes_touches_with_their_signs(tmp_path: Path) -> None:
     """The ball's centre 7 µm further out than planned: material left on.
 

@@ -139,6 +139,16 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
 FORMAT: Final = Format("gauge readings (CSV)", recognises, read)
 
 
+def holds_readings(path: Path) -> bool:
+    """Returns whether a file is there and is more than a sheet without a value: also where it is of another kind."""
+    if not path.exists():
+        return False
+    try:
+        return not recognises(path, path.read_bytes()) or bool(read(path, StatedFacts()).inspections)
+    except TrueloopError:
+        return True
+
+
 @dataclass(frozen=True)
 class _Table:
     """The rows, and what comments above state for all of them, with their lines."""

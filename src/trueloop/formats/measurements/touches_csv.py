@@ -22,7 +22,7 @@ from typing import Final, Literal
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading, Touch
-from trueloop.errors import Code, Place
+from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath, read_text
 from trueloop.formats.measurements.rows import CsvFile, CsvKind, Rows, csv_cell, read_csv
 from trueloop.geometry.feature import Point
@@ -89,16 +89,44 @@ def read_touches(path: FilePath) -> list[Touch]:
     >>> touches[0].point, touches[0].feature, touches[0].nominal_mm, round(touches[0].error_mm, 6)
     ('1', 'cone', (63.87211, -149.1631), 0.090297)
     """
-    path = Path(path)
+    file = read_csv(Path(path), KIND)
+    rows = file.rows(KNOWN)
+    measured, errors = _points(file, rows, "measured_"), _column(file, rows, "", ERROR_COLUMNS)
+    if measured is None and errors is None:
+        raise _incomplete(file, rows)
+    return _touches(file, rows, measured, errors)
+
+
+def read_planned(path: Path) -> list[Touch]:
+    """Reads the points of such a file that are to be touched, with errors of 0, whatever its cells for what is measured
+    hold. Raises TCH errors.
+    """
     file = read_csv(path, KIND)
     rows = file.rows(KNOWN)
-    nominal, measured = (_points(file, rows, prefix) for prefix in ("nominal_", "measured_"))
-    errors = _column(file, rows, "", ERROR_COLUMNS)
-    if "point" not in rows.header or nominal is None or (measured is None and errors is None):
-        raise file.refusal(
-            f"the header {list(rows.header)} does not say point, nominal x and z, and measured x and z or an error",
-            hint="for instance: point,feature,nominal_x_mm,nominal_z_mm,error_um",
-        )
+    return _touches(file, rows, None, [0.0] * len(rows))
+
+
+def holds_touches(path: Path) -> bool:
+    """Returns whether a file is there and has a measured value. Raises TCH errors."""
+    if not path.exists():
+        return False
+    rows = read_csv(path, KIND).rows(KNOWN)
+    return any(any(rows.texts(name)) for name in rows.header if name.startswith(("measured_", "error_")))
+
+
+def _incomplete(file: CsvFile, rows: Rows) -> TrueloopError:
+    return file.refusal(
+        f"the header {list(rows.header)} does not say point, nominal x and z, and measured x and z or an error",
+        hint="for instance: point,feature,nominal_x_mm,nominal_z_mm,error_um",
+    )
+
+
+def _touches(
+    file: CsvFile, rows: Rows, measured: Sequence[Point] | None, errors: Sequence[float] | None
+) -> list[Touch]:
+    nominal = _points(file, rows, "nominal_")
+    if "point" not in rows.header or nominal is None:
+        raise _incomplete(file, rows)
     return [
         Touch(
             point=point,

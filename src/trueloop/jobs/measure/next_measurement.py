@@ -18,8 +18,9 @@ from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.domain.tool import Edge as ToolEdge
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code
-from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv
+from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv, holds_readings
 from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
+from trueloop.formats.measurements.touches_csv import holds_touches
 from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
@@ -76,6 +77,9 @@ Nothing for carrying the part to it. From practice, not from a table: the comman
 CMM_U_MM: Final = 0.001
 """Standard uncertainty of a touch of a measuring machine: an acceptance limit of about 2 µm for a small part."""
 
+SHEET: Final = "sheet.csv"
+"""The file of sizes to fill in."""
+
 POINTS: Final = 7
 """Places on each feature that a ball may touch."""
 
@@ -84,7 +88,7 @@ POINTS: Final = 7
 class NextOf:
     """A plan, and what its measurements are: points for a ball and sizes for a gauge, in the part's frame.
 
-    `measured`: some of the files of touches and readings that the job names are there; else it is planned from the
+    `measured`: some of the files of touches and readings that the job names have values; else it is planned from the
     priors alone.
     """
 
@@ -138,14 +142,15 @@ def next_of_job(
     """Plans at most `count` measurements of a job's part, after those that the job names, and by what earlier parts of
     its edges have shown, where a store knows them: `db`, or that of the job.
 
-    Where none of the files that it names is there, nothing was measured yet. Raises JOB, NC, GEO, TCH, MSR, TOL, STO
+    Where none of the files that it names has a value, nothing was measured yet. Raises JOB, NC, GEO, TCH, MSR, TOL, STO
     and EDG errors.
     """
     files = JobFiles.of(path)
-    named = [*files.job.gauging.touches_files, *files.job.gauging.readings_files]
-    measured = any((files.path.parent / one).exists() for one in named)
+    gauging, folder = files.job.gauging, files.path.parent
+    measured = any(holds_touches(folder / one) for one in gauging.touches_files)
+    measured = measured or any(holds_readings(folder / one) for one in gauging.readings_files)
     cuts = read_cuts(files, None if measured else Measured((), _no_vectors(), (), ()))
-    profile, gauging = cuts.read.profile, options_from(Gauging, files.job)
+    profile = cuts.read.profile
     asked = characteristics_of(files.located, profile)
     places = _places(profile, _nose_mm(cuts))
     touches = {touch.name: touch for touch in places}
@@ -153,7 +158,7 @@ def next_of_job(
     probed = _probed(path, files, profile, places) if "probe" in instruments else ()
     by_ball: list[tuple[CmmTouch, Instrument]] = [(cmm_touch, "probe") for cmm_touch in probed]
     by_ball += [(place, "cmm") for place in places if "cmm" in instruments]
-    seen = _seen(profile, by_ball, sizes, gauging)
+    seen = _seen(profile, by_ball, sizes, options_from(Gauging, files.job))
     store = store_of(path.parent, db, files.job.store.db)
     plan = next_measurements(_edges(cuts, seen, {**MINUTES, **minutes}, store), count)
     first = files.of_setups[0]
@@ -195,7 +200,7 @@ def written_files(plan: NextOf, source: Path | None, control: str | None = None)
         approach = CmmApproach(1.0, 3.0, 10.0, measuring.allowance_mm)
         texts["cmm.dms"] = program_of(measuring, approach, source.name)
     if plan.by_hand:
-        texts["sheet.csv"] = gauge_sheet_csv(plan.by_hand, "inch" if plan.inch else "mm")
+        texts[SHEET] = gauge_sheet_csv(plan.by_hand, "inch" if plan.inch else "mm")
     return texts
 
 

@@ -18,7 +18,7 @@ from trueloop.formats.inspections.dmis.results import MeasuredCircle, dmis_progr
 from trueloop.formats.jobs.job import Job, locate_turned_job, read_turned_job
 from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
 from trueloop.formats.measurements.cmm_plan_csv import read_cmm_plan
-from trueloop.formats.measurements.touches_csv import read_probe_log, read_touches
+from trueloop.formats.measurements.touches_csv import read_planned, read_probe_log
 from trueloop.geometry.feature import Line, Point
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
@@ -297,7 +297,7 @@ def points_of_job(path: Path, job: Job, part: ProbedPart, margin_mm: float) -> J
     touches: list[Touch] = []
     for file in files:
         with in_file(file):
-            touches += read_touches(file)
+            touches += read_planned(file)
     with in_file(files[0]):
         ordered = touches if len(files) == 1 else in_order(part.whole, touches)
         vectors = error_vectors(part.whole, ordered, Gauging())

@@ -15,7 +15,7 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, in_file
 from trueloop.formats.input_file import FilePath, read_program
-from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv
+from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv, holds_readings
 from trueloop.formats.jobs.new_job import NewJob, NewProgram, NewTool, job_toml
 from trueloop.formats.measurements.touches_csv import empty_touches_csv
 from trueloop.formats.outputs import write_all
@@ -336,9 +336,12 @@ def gauge_sheet_of(path: Path) -> GaugeSheet:
 
 
 def write_sheet(sheet: GaugeSheet, target: Path) -> Path:
-    """Writes the sheet as a page (.html), on paper (.pdf, by a browser), or to be filled in. Raises OUT errors."""
+    """Writes the sheet as a page (.html), on paper (.pdf, by a browser), or to be filled in. Raises OUT errors, also
+    where it would be written over one that was filled in.
+    """
     ending = target.suffix.lower()
-    content = sheet.page if ending in (".html", ".htm", ".pdf") else sheet.csv
-    pdf = ending == ".pdf"
-    (written,) = write_all(target.parent, [(target.name, as_pdf(content) if pdf else content.encode())], sheet.files)
+    page, pdf = ending in (".html", ".htm", ".pdf"), ending == ".pdf"
+    content = sheet.page if page else sheet.csv
+    inputs = sheet.files if page or not holds_readings(target) else (*sheet.files, target)
+    (written,) = write_all(target.parent, [(target.name, as_pdf(content) if pdf else content.encode())], inputs)
     return written
