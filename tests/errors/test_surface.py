@@ -27,7 +27,7 @@ from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.program import corrected_program
 from trueloop.surface.compensation.shift import SurfaceJob, corrected_surface
-from trueloop.surface.deviations.deviations import refuse_trimmed, sampling_advice, surface_deviations
+from trueloop.surface.deviations.deviations import inside_trim, sampling_advice, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.pattern import pattern_of
@@ -67,7 +67,7 @@ def _odd_part() -> object:
 def _off_the_trimmed_face() -> object:
     points = MeasuredPoints(_points(), name="A")
     found = surface_deviations(SURFACE, points)
-    refuse_trimmed(points, found, lambda u, v: u > 0.8)
+    inside_trim(points, found, lambda u, v: u > 0.8)
     return found.findings
 
 
@@ -168,7 +168,9 @@ def _cad_of(path: Path, content: bytes) -> object:
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_SURFACE: lambda: replace(SURFACE, degrees=(4, 3)),
-    Code.SRF_DEGENERATE: lambda: sphere().normal(np.array([0.5]), np.array([1.0])),
+    Code.SRF_DEGENERATE: lambda: replace(sphere(), control_mm=0 * sphere().control_mm).normal(
+        np.array([0.5]), np.array([1.0])
+    ),
     Code.SRF_SETUP: lambda: surface_deviations(SURFACE, MeasuredPoints(_points(0.3), name="A"), fit=True).findings,
     Code.SRF_GRID: lambda: fit_grid(np.full((5, 5, 3), np.nan)),
     Code.SRF_POINTS: lambda: _measured(_points()[:9]),

@@ -83,14 +83,18 @@ def _derived(lower: Array, knots: Array, span: np.ndarray, degree: int) -> Array
 
 MOST_DEGREE = 25
 """As in the CAD kernel."""
+BESIDE = 1e-6
+"""Share of the way to the middle of the patch by which a pole's normal is taken beside it."""
 CHUNK = 4096
 """Places evaluated at once: their control points stay in the cache."""
 
 
 @dataclass(frozen=True, eq=False)
 class Partials:
-    """A surface at n places: point (n, 3) and partial derivatives, mm per unit of parameter."""
+    """A surface at n places (u, v): point (n, 3) and partial derivatives, mm per unit of parameter."""
 
+    u: Array
+    v: Array
     point_mm: Array
     du: Array
     dv: Array
@@ -138,27 +142,37 @@ class Surface:
         """Points with first and second derivatives."""
         u, v = _paired(u, v)
         parts = [self._partials(u[k : k + CHUNK], v[k : k + CHUNK]) for k in _starts(u)]
-        return Partials(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+        return Partials(u, v, *(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
     def normal(self, u: Array, v: Array) -> Array:
-        """Returns the outward unit normals (n, 3). Raises SRF-DEGENERATE at a pole or a collapsed edge."""
-        at = self.partials(u, v)
-        return self.normal_of(at)
+        """Returns the outward unit normals (n, 3), at a pole or a collapsed edge that of a place a hair beside it.
+
+        Raises SRF-DEGENERATE where there is none either.
+        """
+        return self.normal_of(self.partials(u, v))
 
     def normal_of(self, at: Partials) -> Array:
         """Returns the outward unit normals of places already evaluated."""
-        return self.outward(at.point_mm, at.du, at.dv)
+        return self.outward((at.u, at.v), at.du, at.dv)
 
-    def outward(self, point_mm: Array, du: Array, dv: Array) -> Array:
-        """Returns the outward unit normals (n, 3) from the derivatives at points, (n, 3) each; raises as `normal`."""
+    def outward(self, at: tuple[Array, Array], du: Array, dv: Array, beside: float = BESIDE) -> Array:
+        """Returns the outward unit normals (n, 3) from parameters and derivatives (n, 3) there; raises as `normal`."""
         across = np.cross(du, dv)
         length = np.linalg.norm(across, axis=1)
-        size = np.linalg.norm(du, axis=1) * np.linalg.norm(dv, axis=1)
-        if np.any(bad := ~(length > 1e-12 * np.max(size, initial=1e-300))):
-            x, y, z = point_mm[int(np.argmax(bad))]
+        if np.any(bad := ~(length > 1e-12 * self._size)):
+            if beside:
+                inner = [
+                    value[bad] + beside * ((low + high) / 2 - value[bad])
+                    for value, (low, high) in zip(at, self.domain, strict=True)
+                ]
+                near_by, found = self.partials(*inner), np.empty_like(across)
+                found[~bad] = self.outward((at[0][~bad], at[1][~bad]), du[~bad], dv[~bad], 0.0)
+                found[bad] = self.outward((near_by.u, near_by.v), near_by.du, near_by.dv, 0.0)
+                return found
+            x, y, z = self.point_mm(at[0][bad][:1], at[1][bad][:1])[0]
             raise Code.SRF_DEGENERATE.refusal(
                 f"the surface has no normal at x {x:.4f} mm, y {y:.4f} mm, z {z:.4f} mm",
-                hint="a pole or a collapsed edge: leave it out, or fit the surface to a point grid anew",
+                hint="a collapsed part of the patch: leave it out, or fit the surface to a point grid anew",
                 values={"x_mm": float(x), "y_mm": float(y), "z_mm": float(z)},
             )
         return np.asarray((-1.0 if self.flipped else 1.0) * across / length[:, None])
@@ -191,6 +205,12 @@ class Surface:
             weights=weights,
             flipped=not self.flipped,
         )
+
+    @cached_property
+    def _size(self) -> float:
+        """The product of derivatives along u and v of a square patch as wide as this."""
+        (u0, u1), (v0, v1) = self.domain
+        return float(np.sum(np.ptp(self.control_mm.reshape(-1, 3), axis=0) ** 2)) / ((u1 - u0) * (v1 - v0))
 
     @cached_property
     def _lifted(self) -> Array:
@@ -300,7 +320,7 @@ def closest(surface: Surface, points_mm: Array, near: tuple[Array, Array] | None
     points = np.atleast_2d(points_mm)
     start = None if near is None else np.stack(near, axis=1).astype(float)
     at, foot, du, dv = _patch(surface).feet(for_kernel(points), start)
-    normal = surface.outward(foot, du, dv)
+    normal = surface.outward((at[:, 0], at[:, 1]), du, dv)
     off = points - foot
     along = np.einsum("nk,nk->n", off, normal)
     sideways = np.linalg.norm(off - along[:, None] * normal, axis=1)

@@ -35,6 +35,14 @@ def test_a_rational_sphere_is_round() -> None:
     np.testing.assert_allclose(ball.turned_over().curvatures_per_mm(u, v), -1 / 20.0, atol=1e-12)
 
 
+def test_a_pole_has_the_normal_of_its_axis_and_is_a_foot() -> None:
+    ball, at = sphere(20.0), np.linspace(0, 1, 5)
+    np.testing.assert_allclose(ball.normal(at, np.ones(5)), np.tile([0.0, 0.0, 1.0], (5, 1)), atol=2e-6)
+    feet = closest(ball, np.array([[0.0, 0.0, 23.0], [0.0, 23.0, 0.0]]))
+    np.testing.assert_allclose(feet.distance_mm, 3.0, atol=1e-9)
+    np.testing.assert_allclose(feet.normal, [[0, 0, 1], [0, 1, 0]], atol=2e-6)
+
+
 def test_derivatives_are_differences_of_points() -> None:
     surface, step = sphere(20.0), 1e-5
     u, v = RNG.uniform(0.1, 0.9, 20), RNG.uniform(0.1, 0.9, 20)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.linuxcnc import interpret
-from tests.support.surfaces import ball_centres, left_on_mm, random_surface, wavy_surface
+from tests.support.surfaces import ball_centres, left_on_mm, random_surface, sphere, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import closest, fit_grid
@@ -17,6 +17,7 @@ from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter, contacts
 from trueloop.surface.compensation.program import corrected_program, depths_mm
 from trueloop.surface.compensation.shift import CorrectedSurface, SurfaceJob, corrected_surface
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
 from trueloop_lab.simulator.zigzag import ZigzagOptions, program_text, zigzag
 
 RNG = np.random.default_rng(41)
@@ -42,6 +43,15 @@ def source() -> Program:
 @cache
 def written() -> bytes:
     return corrected_program(source(), NOMINAL, corrected().surface, BALL, "0123456789abcdef").source
+
+
+def test_a_dome_is_corrected_up_to_its_pole() -> None:
+    """10 µm evenly off a ball of 20 mm is a ball of 19.99 mm; one that changes around the pole is not steep there."""
+    even = SplineSurface(Size(4, 4), np.full((4, 4), 0.01))
+    lower, at = corrected_surface(sphere(20.0), even).surface, np.linspace(0, 1, 23)
+    np.testing.assert_allclose(np.linalg.norm(lower.grid_mm(at, at), axis=2), 19.99, atol=1e-4)
+    uneven = SplineSurface(Size(4, 4), 0.002 * np.add.outer(np.arange(4), 0 * np.arange(4)))
+    assert corrected_surface(sphere(20.0), uneven).largest_shift_mm == pytest.approx(0.006)
 
 
 def left_by(program: bytes) -> Array:

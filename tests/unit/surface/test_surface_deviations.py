@@ -1,5 +1,7 @@
 """Deviations along the normals: sign, ball, alignment, holes, advice."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -8,7 +10,7 @@ from tests.support.surfaces import random_surface, sphere, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.geometry.surface import Surface, fit_grid
-from trueloop.surface.deviations.deviations import sampling_advice, surface_deviations
+from trueloop.surface.deviations.deviations import inside_trim, sampling_advice, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 
 RNG = np.random.default_rng(11)
@@ -21,6 +23,17 @@ ERROR = RNG.normal(0, 0.006, 625)
 
 def centres(radius_mm: float) -> Array:
     return NOMINAL + (radius_mm + ERROR)[:, None] * NORMAL
+
+
+def test_of_points_chosen_from_a_scan_those_that_the_fit_takes_off_the_face_are_left_out() -> None:
+    """Stated points there are refused."""
+    points = MeasuredPoints(centres(0.0), name="A")
+    found = surface_deviations(SURFACE, points, fit=True)
+    kept = inside_trim(replace(points, chosen=True), found, lambda u, v: u > 0.8)
+    np.testing.assert_array_equal(kept.measured, found.measured & (found.u <= 0.8))
+    with pytest.raises(TrueloopError) as caught:
+        inside_trim(points, found, lambda u, v: u > 0.8)
+    assert caught.value.code is Code.SRF_OUTSIDE
 
 
 @pytest.mark.parametrize("radius_mm", [0.0, 1.0, 2.0])

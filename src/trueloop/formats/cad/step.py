@@ -128,8 +128,7 @@ def _runs_on(face: CadFace, other: CadFace) -> bool:
     edge = _edge_places(face)
     (u0, u1), (v0, v1) = face.surface.domain
     at = face.surface.partials(u0 + (u1 - u0) * edge[:, 0], v0 + (v1 - v0) * edge[:, 1])
-    kept = np.linalg.norm(np.cross(at.du, at.dv), axis=1) > 0
-    points, normal = at.point_mm[kept], face.surface.outward(at.point_mm[kept], at.du[kept], at.dv[kept])
+    points, normal = at.point_mm, face.surface.normal_of(at)
     some = near(other.surface, points, JOINED_MM)
     if not len(some):
         return False
@@ -141,11 +140,11 @@ def _runs_on(face: CadFace, other: CadFace) -> bool:
 
 
 def _edge_places(face: CadFace) -> Array:
-    """Returns places along a face's edges, (n, 2) as shares of its parameters, a hair inside: a pole has no normal."""
+    """Returns places along a face's edges, (n, 2) as shares of its parameters."""
     line = np.linspace(0.0, 1.0, EDGE_PLACES)
     whole = [np.column_stack(pair) for end in (0 * line, 0 * line + 1) for pair in ((line, end), (end, line))]
     pieces = [piece for loop in face.loops for piece in loop] or whole
-    return np.clip(np.concatenate(pieces), 1e-6, 1 - 1e-6)
+    return np.clip(np.concatenate(pieces), 0.0, 1.0)
 
 
 def write_surface(surface: Surface, path: Path, loops: Sequence[Loop] = ()) -> None:

@@ -22,7 +22,7 @@ from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, Steps, corrected_program
 from trueloop.surface.compensation.shift import CorrectedSurface, Displacement, MovedFace, SurfaceJob, corrected_surface
 from trueloop.surface.deviations.alignment import Alignment
-from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_trimmed, surface_deviations
+from trueloop.surface.deviations.deviations import SurfaceDeviations, inside_trim, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.on_face import NextFace, OnFace, Trim, on_face
 from trueloop.surface.options import SurfaceOptions
@@ -213,9 +213,7 @@ def deviations_of(
     of_parts = fits or (None,) * len(parts)
     tasks = [_Task(surface, points, options, fit) for points, fit in zip(parts, of_parts, strict=True)]
     for points, deviations in zip(parts, work.done(_deviations, tasks, "deviations"), strict=True):
-        if trim is not None:
-            refuse_trimmed(points, deviations, trim)
-        yield deviations
+        yield deviations if trim is None else inside_trim(points, deviations, trim)
 
 
 def model_of(

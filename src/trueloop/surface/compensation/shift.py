@@ -235,6 +235,8 @@ def sampled(path: ToolPath, moves: Integers, turning: ToolAxes, faces: Sequence[
     )
 
 
+COLLAPSED_MM: Final = 0.01
+"""Places of the grid of limits that are nearer to each other are one: at a pole there is no slope around it."""
 DEGREE: Final = 3
 CHECKS: Final = 3
 """Places between two samples of the fit where the fitted surface is compared with the exact one."""
@@ -341,8 +343,9 @@ def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, 
         steps = np.linalg.norm(np.diff(points, axis=axis), axis=2)
         inner = (slice(0, -1), slice(None)) if axis == 0 else (slice(None), slice(0, -1))
         both = inside[inner] & (inside[1:] if axis == 0 else inside[:, 1:])
+        both &= steps > COLLAPSED_MM
         rise = np.where(both, np.diff(weight * deviation.grid_mm(*at), axis=axis), 0.0)
-        slope[inner] = np.hypot(slope[inner], rise / steps)
+        slope[inner] = np.hypot(slope[inner], rise / np.maximum(steps, COLLAPSED_MM))
     for code, values, limit, unit, key in (
         (Code.CMP_SIZE, size, limits.correction_mm, "µm", "correction_mm"),
         (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "slope"),

@@ -145,15 +145,23 @@ def surface_deviations(
         return _once(points, _filled(points, there, feet, alignment, findings))
 
 
-def refuse_trimmed(
+def inside_trim(
     points: MeasuredPoints, deviations: SurfaceDeviations, trimmed_away: Callable[[Array, Array], np.ndarray]
-) -> None:
-    """Raises SRF-OUTSIDE for points whose foot lies in a hole or beyond the trimmed edge of the face: the function says
-    for parameters u and v (n,) which do, as the CAD kernel knows.
+) -> SurfaceDeviations:
+    """Returns the deviations, of points chosen from a scan those alone that a best fit did not take off the face.
+
+    The function says for parameters u and v (n,) which feet lie in a hole or beyond the trimmed edge of the face, as
+    the CAD kernel knows. Raises SRF-OUTSIDE for other points that do.
     """
     there = deviations.measured
-    outside = trimmed_away(deviations.u[there], deviations.v[there])
-    refuse_outside(points, outside, np.flatnonzero(there) + 1, deviations.nominal_mm[there])
+    outside = trimmed_away(deviations.u[there], deviations.v[there]).astype(np.bool_)
+    if not points.chosen:
+        refuse_outside(points, outside, np.flatnonzero(there) + 1, deviations.nominal_mm[there])
+        return deviations
+    error_mm = deviations.error_mm.copy()
+    error_mm[np.flatnonzero(there)[outside]] = np.nan
+    _enough(points, np.isfinite(error_mm))
+    return replace(deviations, error_mm=error_mm)
 
 
 def _left(name: str, alignment: Alignment, setup_mm: float) -> Iterator[Finding]:

@@ -19,7 +19,8 @@ class MeasuredPoints:
     """Points as a measuring machine gave them, in the part's frame: `points_mm` (n, 3), ball centres where
     `ball_radius_mm` is above zero, else points of the surface. `shape` (rows, columns) when they form a grid, row by
     row; a hole in it is a row of nan. `name` tells the part; `file` and `lines` (n,), 0 for a hole, where it was read;
-    `findings` on what was left out of the file. `rounding_mm` is how far rounded coordinates put a point off.
+    `findings` on what was left out of the file. `rounding_mm` is how far rounded coordinates put a point off. `chosen`:
+    they are those of more points that were found to be on the face.
     """
 
     points_mm: Array
@@ -30,6 +31,7 @@ class MeasuredPoints:
     lines: Integers | None = None
     findings: tuple[Finding, ...] = ()
     rounding_mm: float = 0.0
+    chosen: bool = False
 
     def place(self, number: int) -> Place:
         """Where a point, counted from 1, was read."""
@@ -203,7 +205,7 @@ def on_face(
         values={"part": scan.name},
     )
     lines, notes = None if scan.lines is None else scan.lines[kept], (note,) if len(kept) < total else ()
-    return replace(scan, points_mm=points[kept], lines=lines, findings=notes)
+    return replace(scan, points_mm=points[kept], lines=lines, findings=notes, chosen=True)
 
 
 def _normals(points_mm: Array, some: np.ndarray) -> Array:

@@ -46,8 +46,6 @@ WAVE: Final = 4.0
 """Lengths of a process in one of its waves."""
 COARSE: Final = 41
 """Places a side of a face at which the variance is computed; between them it is interpolated."""
-INSET: Final = 1e-6
-"""Share of a side by which places keep off its ends: a pole has no normal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +59,6 @@ class FaceParts:
     def places(self, u: Array, v: Array) -> Array:
         """Returns places of the field (n, 7) at shares (n,) of the face's parameters."""
         (u0, u1), (v0, v1) = self.surface.domain
-        u, v = (np.clip(share, INSET, 1 - INSET) for share in (u, v))
         at = self.surface.partials(u0 + (u1 - u0) * u, v0 + (v1 - v0) * v)
         return np.column_stack([at.point_mm, self.surface.normal_of(at), np.full(len(u), self.group)])
 
