@@ -11,7 +11,7 @@ from benches.ratio import Contender, compare, verdict
 from trueloop.arrays import Array
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.structure import chain_of, mill_terms
+from trueloop.machine.model.term import chain_of, mill_terms
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 POINTS = 1_000_000

@@ -19,8 +19,7 @@ from scipy.linalg import block_diag
 from trueloop.arrays import Array, Flags
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import chain_of, turning_terms
-from trueloop.machine.model.term import Part, segments
+from trueloop.machine.model.term import Part, chain_of, segments, turning_terms
 from trueloop.realtime.bank import SignalLimits, bank_of, signals_of
 from trueloop.realtime.image import Identity, Image, RealTimeLimits
 from trueloop.realtime.judge import travel_ways

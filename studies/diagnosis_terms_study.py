@@ -17,7 +17,7 @@ from trueloop.diagnosis.terms.judge import Verdict, judge, one_after_another
 from trueloop.diagnosis.terms.suspects import Residuals
 from trueloop.errors import TrueloopError
 from trueloop.machine.model.model import State
-from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import chain_of
 
 CHAIN: Final = chain_of("turning")
 SIZE_MM: Final = 0.005

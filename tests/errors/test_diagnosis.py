@@ -22,7 +22,7 @@ from trueloop.jobs.diagnose.both import both_of_machine, cut_under_others, given
 from trueloop.jobs.diagnose.records import keep_standard, part_named, standard_of
 from trueloop.loops.diagnosis.left_on_parts import BothSeen, checked, residuals, states_of
 from trueloop.machine.model.model import MachineModel, State
-from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import chain_of
 from trueloop.storage.store import open_store
 
 SIGNALS = {"T_spindle": 22.0, "T_carriage": 21.0, "T_cross_slide": 23.0}

@@ -13,8 +13,7 @@ from tests.support.solids import written
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.dxf import read_dxf
 from trueloop.formats.cad.step_profile import read_step_profile
-from trueloop.geometry.curve_fit import curve_through
-from trueloop.geometry.curve_kinds import b_spline, power_series
+from trueloop.geometry.curve_kinds import b_spline, curve_through, power_series
 from trueloop.geometry.feature import Arc, Line, Point
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import JunctionKind, Profile

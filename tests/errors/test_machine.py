@@ -21,8 +21,7 @@ from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Lag, check_lags_given
 from trueloop.machine.model.model import Machine, MachineModel, State, Version
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term, segments
+from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term, chain_of, segments
 from trueloop.machine.model.validity import check_state, require_in_force, require_serial
 from trueloop.machine.refine.refine import refine, require_better
 from trueloop.machine.standards import LeftOut, QuadrupoleField, require_repeating

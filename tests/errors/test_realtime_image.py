@@ -17,8 +17,7 @@ from trueloop.formats.tables.model_file import model_to_json
 from trueloop.jobs.realtime.image import ImageOptions, make_image
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of
 from trueloop.realtime.bank import SignalLimits, bank_of, signals_of
 
 

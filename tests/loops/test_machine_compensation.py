@@ -9,7 +9,7 @@ from tests.support.machined_path import actual_mm, corrected, distances_mm, inte
 from tests.support.machines import chain_with_travel, random_model
 from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.structure import mill_terms, turning_terms
+from trueloop.machine.model.term import mill_terms, turning_terms
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
 LATHE = Machine("lathe", chain_with_travel("turning"))

@@ -13,8 +13,7 @@ from trueloop.machine.correct import Setup
 from trueloop.machine.model.chain import AxisKind
 from trueloop.machine.model.kinematics import bed_to_work
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import PRESETS
-from trueloop.machine.model.term import CONSTANT, Part, Term, segments
+from trueloop.machine.model.term import CONSTANT, PRESETS, Part, Term, segments
 
 PART = "G21\nG1 X-50 Y20 Z5 F100\nX90 Y-70\nX20 Y60 Z-30\n"
 TOOL = (15.0, -10.0, -120.0)

@@ -12,7 +12,7 @@ from tests.support.mapped import mapped
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import Machine
-from trueloop.machine.model.structure import mill_terms, turning_terms
+from trueloop.machine.model.term import mill_terms, turning_terms
 from trueloop.nc.field import Field, field_in_machine, function_field, machine_field
 from trueloop.nc.program.called import CutterTool
 

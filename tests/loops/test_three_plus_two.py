@@ -16,7 +16,7 @@ from trueloop.machine.correct import Setup
 from trueloop.machine.identify.form import Form, fit_form
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import PRESETS, chain_of, five_axis_terms, frame_terms
+from trueloop.machine.model.term import PRESETS, chain_of, five_axis_terms, frame_terms
 
 TRAVEL = {"X": (-200.0, 200.0), "Y": (-200.0, 200.0), "Z": (-250.0, 50.0)}
 TRAVEL |= {"A": (-1.2, 0.6), "B": (-1.2, 0.6), "C": (-2.0, 2.0)}

@@ -12,8 +12,7 @@ from tests.support.cli import invoke
 from trueloop.diagnosis.components import Components, Inspections, error_components
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of
 from trueloop.report.machine.positioning import drift_figure
 from trueloop.report.machine.summary import components_page
 

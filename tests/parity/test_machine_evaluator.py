@@ -7,7 +7,7 @@ from tests.support.machines import any_model, set_back_chain
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import State
-from trueloop.machine.model.structure import PRESETS
+from trueloop.machine.model.term import PRESETS
 
 
 @pytest.mark.parametrize("structure", PRESETS)

@@ -17,7 +17,7 @@ from trueloop.machine.identify.judge_fit import HeldOut, hold_out, require_agree
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import PRESETS, chain_of, five_axis_terms, frame_terms, mill_terms
+from trueloop.machine.model.term import PRESETS, chain_of, five_axis_terms, frame_terms, mill_terms
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0), "A": (-1.2, 0.6), "B": (-1.0, 1.5), "C": (-2, 2)}
 NOISE_MM = 0.3e-3

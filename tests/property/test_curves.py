@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from tests.support.curves import curves
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_building import moved_out, part_of
-from trueloop.geometry.curve_fit import spline_of
-from trueloop.geometry.curve_kinds import b_spline
+from trueloop.geometry.curve_kinds import b_spline, spline_of
 from trueloop.geometry.feature import Line
 from trueloop.geometry.intersection import intersections
 from trueloop.loops.turned.provenance import CODEC

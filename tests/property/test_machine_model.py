@@ -16,7 +16,7 @@ from trueloop.machine.correct import axis_table
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.kinematics import bed_to_work
 from trueloop.machine.model.model import Machine, MachineModel, State, design
-from trueloop.machine.model.structure import PRESETS, mill_terms, turning_terms
+from trueloop.machine.model.term import PRESETS, mill_terms, turning_terms
 
 ROUNDING = 2e-15
 """Of the sum of what the errors contribute: some dozens of operations, each to 1e-16."""

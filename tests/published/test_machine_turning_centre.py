@@ -9,7 +9,7 @@ import sympy as sp
 from tests.support.exact_kinematics import exact_error_mm
 from tests.support.machines import first_order_error_mm
 from trueloop.machine.model.chain import error_name
-from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import chain_of
 
 ISO = {
     "dx_x": "EXX", "dz_x": "EZX", "ey_x": "EBX",

@@ -9,7 +9,7 @@ from tests.support.machines import any_model, set_back_chain
 from trueloop.arrays import Array
 from trueloop.machine.model.chain import Vector
 from trueloop.machine.model.model import MachineModel, State
-from trueloop.machine.model.structure import PRESETS
+from trueloop.machine.model.term import PRESETS
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Bank, Body, Identity, Image, RealTimeLimits, Signal
 

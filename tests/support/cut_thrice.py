@@ -9,8 +9,7 @@ from scipy.linalg import block_diag
 from trueloop.arrays import Array
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.structure import chain_of, turning_terms
-from trueloop.machine.model.term import CONSTANT, Part, Term, segments
+from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of, segments, turning_terms
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
 

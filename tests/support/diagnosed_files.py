@@ -11,8 +11,7 @@ from trueloop.diagnosis.causes.cause import SeenBy
 from trueloop.formats.tables.model_file import model_to_json
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term
+from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term, chain_of
 
 ELEMENT = {"X": "T cross slide", "Z": "T carriage", "C": "T spindle"}
 RANGES = {"X": (-80.0, 60.0), "Z": (-20.0, 270.0)}

@@ -11,8 +11,7 @@ from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import AxisKind, Chain, Vector
 from trueloop.machine.model.kinematics import influences
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, Term, segments
+from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of, segments
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 

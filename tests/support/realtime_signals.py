@@ -11,8 +11,7 @@ from trueloop.formats.tables.model_file import model_to_json
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of
 from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
 

@@ -5,8 +5,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.machine.model.chain import Axis, AxisKind, error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, Term, segments
+from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of, segments
 from trueloop.machine.refine.left import LeftOnParts
 
 TOOLS = np.array([[-12.0, -30.0], [-70.0, 60.0], [-40.0, 10.0]])

@@ -12,8 +12,7 @@ from trueloop.formats.tables.model_file import model_to_json
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import lagged
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import Term
+from trueloop.machine.model.term import Term, chain_of
 
 
 def _log(path: Path, seed: int, *, offset_um: float = 0.0, warmer: float = 0.0, displacement: bool = True) -> Path:

@@ -18,8 +18,7 @@ from trueloop.diagnosis.components import (
 )
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import turning_terms
-from trueloop.machine.model.term import CONSTANT, Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, turning_terms
 
 LATHE = Machine("lathe", chain_with_travel("turning"))
 TOOL_MM = np.array([60.0, 0.0, 35.0])

@@ -15,8 +15,7 @@ from trueloop.diagnosis.terms.suspects import Residuals, with_order
 from trueloop.errors import Code
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import State, design
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import Term
+from trueloop.machine.model.term import Term, chain_of
 
 LATHE = chain_of("turning")
 ELEMENT = {"X": "cross slide", "Z": "carriage", "C": "spindle"}

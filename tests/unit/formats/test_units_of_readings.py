@@ -7,7 +7,7 @@ import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.measurements.readings_csv import read_readings
-from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import chain_of
 
 HEADER = "X_mm,along,reading_{unit},u_{u},run\n"
 

@@ -10,8 +10,7 @@ from scipy.special import ellipeinc
 
 from tests.support.curves import LENS, arc_as_curve
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.curve_fit import curve_through, off_points_mm
-from trueloop.geometry.curve_kinds import asphere, b_spline, ellipse, power_series
+from trueloop.geometry.curve_kinds import asphere, b_spline, curve_through, ellipse, off_points_mm, power_series
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.intersection import intersections
 from trueloop.geometry.offset import nose_centre_path

@@ -10,8 +10,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.machine.correct import axis_table
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.structure import chain_of
-from trueloop.machine.model.term import CONSTANT, Part, Term
+from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of
 from trueloop.machine.model.validity import check_travel
 
 CHAIN = chain_with_travel("mill-gantry")

@@ -8,7 +8,7 @@ from trueloop.machine.drift import DriftModel, Member, turned, with_drift, zeroe
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import History, signals_at_end
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import chain_of
 
 TIME_S = np.arange(0.0, 7201.0, 60.0)
 WARM, SPEED = 20 + 3 * np.sin(TIME_S / 1500), np.where(TIME_S > 1800, 3000.0, 0.0)

@@ -12,8 +12,7 @@ from trueloop.machine.identify.form import Form, fit_form
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.model import Machine, State
-from trueloop.machine.model.structure import PRESETS, chain_of, five_axis_terms, frame_terms, mill_terms, turning_terms
-from trueloop.machine.model.term import Term
+from trueloop.machine.model.term import PRESETS, Term, chain_of, five_axis_terms, frame_terms, mill_terms, turning_terms
 
 TRAVEL = {
     "X": (0.0, 500.0),

@@ -14,8 +14,7 @@ from trueloop.jobs.machine.machine_model import fit_machine
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, State
-from trueloop.machine.model.structure import mill_terms, turning_terms
-from trueloop.machine.model.term import CONSTANT, Part, Term, segments
+from trueloop.machine.model.term import CONSTANT, Part, Term, mill_terms, segments, turning_terms
 
 LATHE = Machine("lathe", chain_with_travel("turning"))
 MILL = Machine("mill", chain_with_travel("mill-table-x"))

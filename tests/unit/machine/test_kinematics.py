@@ -11,8 +11,7 @@ from tests.support.machines import first_order_error_mm
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain, error_name
 from trueloop.machine.model.kinematics import bed_to_work, influences, tool_in_work_mm
-from trueloop.machine.model.structure import PRESETS, chain_of, mill_terms
-from trueloop.machine.model.term import PositionBasis
+from trueloop.machine.model.term import PRESETS, PositionBasis, chain_of, mill_terms
 
 
 def _positions(chain: Chain, seed: int, count: int = 4) -> np.ndarray:

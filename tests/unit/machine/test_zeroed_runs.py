@@ -14,8 +14,7 @@ from trueloop.machine.identify.judge_fit import HeldOut, compare, contradictions
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.structure import PRESETS, chain_of, frame_terms, mill_terms
-from trueloop.machine.model.term import CONSTANT, Part, Term, segments
+from trueloop.machine.model.term import CONSTANT, PRESETS, Part, Term, chain_of, frame_terms, mill_terms, segments
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 NOISE_MM, NOISE_RAD = 0.3e-3, 0.5e-6

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy import integrate
 
 from trueloop.arrays import Array
-from trueloop.monitoring.explain import SIZE, Explanation, explained
-from trueloop.monitoring.segments import correlation
+from trueloop.monitoring.segments import SIZE, Explanation, correlation, explained
 
 RNG = np.random.default_rng(6876)
 

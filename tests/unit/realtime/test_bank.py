@@ -7,8 +7,7 @@ from tests.support.machines import any_model, chain_with_travel, set_back_chain
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import Machine, MachineModel
-from trueloop.machine.model.structure import PRESETS
-from trueloop.machine.model.term import CONSTANT, Part, Term, segments
+from trueloop.machine.model.term import CONSTANT, PRESETS, Part, Term, segments
 from trueloop.realtime.bank import SignalLimits, bank_of, signals_of
 
 

@@ -12,7 +12,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.fit_profile import fit_profile
-from trueloop.turned.fit.knots import every_rth
+from trueloop.turned.fit.chain_fit import every_rth
 from trueloop.turned.fit.options import FitOptions
 
 RADIUS_MM = 2.0

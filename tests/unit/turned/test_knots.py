@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from trueloop.turned.fit.chain_fit import TangentPolicy
-from trueloop.turned.fit.knots import Knots, candidates, every_rth, fit_determined, joint_repeats
+from trueloop.turned.fit.chain_fit import Knots, TangentPolicy, candidates, every_rth, fit_determined, joint_repeats
 from trueloop.turned.fit.spline import EndConditions
 
 NONE = Knots((), (), 0)

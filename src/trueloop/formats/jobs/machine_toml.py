@@ -46,8 +46,17 @@ from trueloop.machine.identify.form import Choice, Form
 from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain, ErrorName, error_name
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine
-from trueloop.machine.model.structure import chain_of, five_axis_terms, frame_terms, mill_terms, turning_terms
-from trueloop.machine.model.term import CONSTANT, Part, Term, segments
+from trueloop.machine.model.term import (
+    CONSTANT,
+    Part,
+    Term,
+    chain_of,
+    five_axis_terms,
+    frame_terms,
+    mill_terms,
+    segments,
+    turning_terms,
+)
 
 STANDARDS: Final = {"mill": mill_terms, "turning": turning_terms, "five-axis": five_axis_terms}
 

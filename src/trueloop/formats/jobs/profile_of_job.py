@@ -21,8 +21,17 @@ from trueloop.formats.jobs.part_tables import (
     SplineTable,
 )
 from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_fit import curve_through, off_points_mm, spline_of
-from trueloop.geometry.curve_kinds import END_MM, asphere, b_spline, between_ends, ellipse, power_series
+from trueloop.geometry.curve_kinds import (
+    END_MM,
+    asphere,
+    b_spline,
+    between_ends,
+    curve_through,
+    ellipse,
+    off_points_mm,
+    power_series,
+    spline_of,
+)
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.profile import TANGENT_WITHIN_RAD, Junction, JunctionKind, Profile, Side
 from trueloop.geometry.validate import checked_profile

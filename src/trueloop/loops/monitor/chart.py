@@ -15,8 +15,16 @@ from trueloop.loops.monitor.known import PartFacts, known, only
 from trueloop.loops.post_process.tracked import TrackedPart, TrackedSeries
 from trueloop.monitoring.capability import SHARE_OF_FREEDOM, Capability, capability
 from trueloop.monitoring.charts import FEWEST, MOVING_RANGE, RULES, Alarm
-from trueloop.monitoring.explain import ExplainedAlarm, Explanation, Likely, explained
-from trueloop.monitoring.segments import Correlation, SegmentedSeries, charted, correlation
+from trueloop.monitoring.segments import (
+    Correlation,
+    ExplainedAlarm,
+    Explanation,
+    Likely,
+    SegmentedSeries,
+    charted,
+    correlation,
+    explained,
+)
 from trueloop.wording import wording
 
 BASELINE: Final = 20

@@ -15,7 +15,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind
 from trueloop.loops.post_process.series import MadePart
-from trueloop.monitoring.explain import Explanation
+from trueloop.monitoring.segments import Explanation
 from trueloop.wording import Um, Wording, wording
 
 

@@ -9,8 +9,18 @@ from scipy.special import fdtrc
 
 from trueloop.errors import Code
 from trueloop.statistics import rms
-from trueloop.turned.fit.chain_fit import Chain, ChainFit, ChainTouches, Sources, own_fit
-from trueloop.turned.fit.knots import Knots, candidates, every_rth, fit_determined, joint_repeats
+from trueloop.turned.fit.chain_fit import (
+    Chain,
+    ChainFit,
+    ChainTouches,
+    Knots,
+    Sources,
+    candidates,
+    every_rth,
+    fit_determined,
+    joint_repeats,
+    own_fit,
+)
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.spline import EndConditions, SplineFit
 from trueloop.wording import Um, all_of, wording

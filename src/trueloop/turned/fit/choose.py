@@ -16,8 +16,7 @@ from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
-from trueloop.turned.fit.chain_fit import ChainFit, TangentPolicy
-from trueloop.turned.fit.knots import joint_repeats
+from trueloop.turned.fit.chain_fit import ChainFit, TangentPolicy, joint_repeats
 from trueloop.turned.fit.nose_fit import NoseModel, NosePrediction, NoseTouches, nose_curve, nose_touches
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um, all_of, wording

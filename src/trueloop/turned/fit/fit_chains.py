@@ -24,15 +24,17 @@ from trueloop.turned.fit.chain_fit import (
     ChainTouches,
     ConditionSource,
     End,
+    Knots,
     Sources,
     TangentPolicy,
     chains_of,
+    fit_determined,
+    joint_repeats,
     own_fit,
     tangent_neighbours,
     touches_of,
 )
 from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, choose
-from trueloop.turned.fit.knots import Knots, fit_determined, joint_repeats
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.prior.from_state import fit_from_state
 from trueloop.turned.fit.prior.part_state import PartState

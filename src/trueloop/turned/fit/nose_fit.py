@@ -30,8 +30,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import is_curved
 from trueloop.geometry.profile import Profile
-from trueloop.turned.fit.chain_fit import Chain, ChainFit, touches_of
-from trueloop.turned.fit.knots import Knots, fit_determined
+from trueloop.turned.fit.chain_fit import Chain, ChainFit, Knots, fit_determined, touches_of
 from trueloop.turned.fit.spline import EndConditions, Spline, SplineFit
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

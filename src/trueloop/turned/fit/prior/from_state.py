@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array, Flags
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.fit.arc_fit import STRAIGHT_MM
-from trueloop.turned.fit.chain_fit import Chain, ChainFit, Sources, own_fit, touches_of
-from trueloop.turned.fit.knots import Knots, fit_determined
+from trueloop.turned.fit.chain_fit import Chain, ChainFit, Knots, Sources, fit_determined, own_fit, touches_of
 from trueloop.turned.fit.prior.part_state import PartState
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors

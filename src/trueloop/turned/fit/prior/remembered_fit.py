@@ -20,8 +20,15 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array, by_content
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.between_cuts import NextCut
-from trueloop.turned.fit.chain_fit import Chain, ChainFit, TangentPolicy, touches_of
-from trueloop.turned.fit.knots import Knots, fit_determined, joint_repeats
+from trueloop.turned.fit.chain_fit import (
+    Chain,
+    ChainFit,
+    Knots,
+    TangentPolicy,
+    fit_determined,
+    joint_repeats,
+    touches_of,
+)
 from trueloop.turned.fit.nose_fit import carried
 from trueloop.turned.fit.prior.from_state import name_of, root_of
 from trueloop.turned.fit.spline import EndConditions
