@@ -347,6 +347,20 @@ def test_a_shift_moves_the_pole_and_leaves_what_is_about_it(tmp_path: Path) -> N
     assert path.centre_mm[[1, 4, 5]] == pytest.approx(source.centre_mm[[1, 4, 5]] + by, abs=1e-9)
 
 
+def test_the_tool_s_axis_alone_before_a_position_across_is_displaced_with_that(tmp_path: Path) -> None:
+    """Without X and Y the field is not known; a retract there is that of a hole at a place set by hand."""
+    text = "BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL Z+9 R0 F9999\nL Z+5\nL X+1 Y+25 FMAX\nL Z-2 F200\nEND PGM A MM\n"
+    written, _ = mapped(tmp_path, text, SHIFT, "heidenhain")
+    assert without_mark(written)[2:6] == [
+        "L Z+9 R0 F9999",
+        "L Z+5",
+        "L X+1.0100 Y+25.0200 Z+4.9970 FMAX",
+        "L Z-2.0030 F200",
+    ]
+    with pytest.raises(TrueloopError, match="X has no position yet in the cut"):
+        mapped(tmp_path, text.replace("L Z+5\n", "L Z+5 FMAX\n"), SHIFT, "heidenhain")
+
+
 def test_an_arc_about_the_pole_of_a_polar_move_has_the_moved_one(tmp_path: Path) -> None:
     head = "BEGIN PGM A MM\nL X+60 Y+50 Z+5 R0 FMAX\nCC X+50 Y+50\n"
     for moves in ("CP IPA+90 DR+ F100\nC X+40 Y+50 DR+\n", "C X+50 Y+60 DR+ F100\nCP IPA+90 DR+\n"):

@@ -221,6 +221,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         heidenhain="0 BEGIN PGM A MM\n1 CC X+0 Y+0\n2 LP PR+5 PA+30 F9",
         siemens="G71 G111 X0 Y0\nG1 AP=30 RP=5 F9",
         linuxcnc="G21 G0 @5 ^30",
+        fanuc_mill="G21 G17 G90 G16\nG00 X5. Y30.\nG15",
     ),
     "High speed, smoothing, tolerance": _for(
         heidenhain="0 BEGIN PGM A MM\n1 CYCL DEF 32.0 TOLERANCE\n2 CYCL DEF 32.1 T0.01\n3 L X+1 F100",

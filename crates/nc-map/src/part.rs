@@ -16,7 +16,7 @@ use crate::reader::Part;
 use crate::refusal::{self, Refused};
 use crate::register::{require_on_position, require_returned, ways, Ways};
 use crate::role::{goes_to_reference, names_axis, Role};
-use crate::standing::{self, leaves, Saying, Standing};
+use crate::standing::{self, is_position, leaves, Saying, Standing};
 use crate::text::Step;
 use crate::writer::contour::turns_back;
 use crate::writer::pole::Poles;
@@ -178,10 +178,10 @@ impl Writing {
             self.standing = standing::after(before, program, &saying, role);
             if let Some(hole) = holes.peek().filter(|hole| hole.first <= index) {
                 let height = &mut self.standing[hole.third];
-                if hole.said.is_none() && height.is_elsewhere() {
+                if hole.said.is_none() && height.is_unknown() {
                     self.begun_at = Some((hole.series, *height));
                 }
-                if hole.said.is_some() || height.is_elsewhere() {
+                if hole.said.is_some() || height.is_unknown() {
                     *height = Standing::Said; // by the cycle
                 }
                 let named = |axis: usize| axis == hole.third || path.words[hole.place][axis] >= 0;
@@ -204,6 +204,8 @@ impl Writing {
             } else if unknown.contains(&(path.block[index] as usize)) || !unknown.is_empty() && !is_finite(path, index)
             {
                 fate = Fate::Refused;
+            } else if fate == Fate::Arrives && approaches(program, path, index, self.standing) {
+                fate = Fate::Stays;
             } else if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
                 let said = require_said(program, path, index, before, self.standing);
                 if !self.refusals.keep(said.and_then(|()| require_unturned(program, path, index, before, follows)))? {
@@ -239,7 +241,7 @@ impl Writing {
             return [0; 3];
         }
         let from = [0, 1, 2].map(|axis| match before[axis] {
-            Standing::Unsaid | Standing::Machine if standing::is_position(program, &saying, axis) => self.left[axis],
+            Standing::Unsaid | Standing::Machine if is_position(program, &saying, axis) => self.left[axis],
             _ => 0,
         });
         match path.origins[path.state[index] as usize].linear {
@@ -450,6 +452,23 @@ fn fate(path: &ToolPath, index: usize, role: Option<&Role>, before: [Standing; 3
     }
 }
 
+/// Whether the tool goes along its axis alone, at feed, before the program first says where it is across: the next other
+/// move says it, so that nothing is cut there, and displaces the tool's axis, too.
+fn approaches(program: &Program, path: &ToolPath, index: usize, after: [Standing; 3]) -> bool {
+    let third = Saying::of(path, index).third;
+    let across = |axis: &usize| *axis != third && after[*axis] != Standing::Never;
+    let is_along = |index: usize| {
+        let words = path.words[index];
+        path.kind[index] == MoveKind::Line && (0..3).all(|axis| (words[axis] >= 0) == (axis == third))
+    };
+    let next = (index..path.len()).find(|index| !is_along(*index));
+    let says = |index: usize| {
+        let saying = Saying::of(path, index);
+        (0..3).filter(across).all(|axis| is_position(program, &saying, axis))
+    };
+    (0..3).filter(across).all(|axis| after[axis] == Standing::Unsaid) && is_along(index) && next.is_some_and(says)
+}
+
 /// A cut ends at a position of the program along every axis, and an arc starts at one too.
 pub(crate) fn require_said(
     program: &Program,
@@ -571,7 +590,7 @@ fn stay(writer: &mut Writer, index: usize, role: Option<&Role>) {
     let mut carried = linear.map_or(writer.carried, |linear| linear.vector(writer.carried));
     let wordless = path.words[index].iter().all(|word| *word < 0);
     for (axis, off) in carried.iter_mut().enumerate() {
-        let goes = standing::is_position(writer.program, &saying, axis);
+        let goes = is_position(writer.program, &saying, axis);
         if goes || wordless && leaves(writer.program, &saying, role, axis) {
             *off = 0.0;
         }

@@ -9,10 +9,14 @@ use nc_program::{calls_touch, Dialect, Motion, Program, Word, WordKind};
 const COORDINATES: Letters = Letters::of(b"XYZUVWl");
 
 /// The letters that name X, Y and Z: U, V, W where the control reads them as increments, else they are other axes or,
-/// as V of an Okuma, variables.
+/// as V of an Okuma, variables; polar ones of G16, under whose letters its X and Y are kept.
 fn axis_letters(dialect: &Dialect) -> [Letters; 3] {
     let [u, v, w] = dialect.increments.unwrap_or(*b"XYZ");
-    [Letters::of(&[b'X', u]), Letters::of(&[b'Y', v]), Letters::of(&[b'Z', w])]
+    let mut letters = [Letters::of(&[b'X', u]), Letters::of(&[b'Y', v]), Letters::of(&[b'Z', w])];
+    if dialect.g_code(16.0) == Some(G::Polar(true)) {
+        letters[..2].iter_mut().for_each(|own| b"pq".iter().for_each(|letter| own.add(*letter)));
+    }
+    letters
 }
 
 /// What such a block's coordinates are.

@@ -75,6 +75,8 @@ pub struct Rules {
     pub scale: Option<[Parameter; 2]>,
     /// The parameter that says whether scaling leaves the tool's axis as it is (1) or scales it, too (0).
     pub plane_scaling: Option<Parameter>,
+    /// The parameter that says whether angles of ATAN are counted from 0 to 360 degrees (0) or from -180 to 180 (1).
+    pub arc_tangent: Option<Parameter>,
     /// Part of an inch that F counts a minute.
     pub inch_feed: f64,
     /// An inverse time is said anew in every cut.
@@ -146,6 +148,7 @@ impl Rules {
         corner_letters: None,
         scale: None,
         plane_scaling: None,
+        arc_tangent: None,
         inch_feed: 1.0,
         inverse_time_each_cut: false,
         offset_by_p: false,
@@ -187,6 +190,7 @@ impl Rules {
             self.skipped_shift,
             self.corner_letters,
             self.plane_scaling,
+            self.arc_tangent,
         ];
         all.into_iter().flatten().chain(self.scale.into_iter().flatten())
     }

@@ -197,6 +197,7 @@ impl Runner<'_> {
         if in_machine {
             end = self.on_machine(places, self.machine_origin());
         }
+        self.check_polar(request, in_machine);
         if request.any(&POLAR) {
             self.polar_target(request, &mut end, &mut words);
         }
@@ -284,7 +285,8 @@ impl Runner<'_> {
             return circle.map(|circle| (circle, radius.abs())).ok_or_else(|| why_none([radius, chord], why()));
         }
         let given = [request.get(CENTRES[first]), request.get(CENTRES[second])];
-        if given == [None, None] && (request.any(&POLAR) || self.program.dialect().about_pole) {
+        let about_pole = request.any(&POLAR) && self.program.dialect().flow != FlowStyle::Macro; // there by R
+        if given == [None, None] && (about_pole || self.program.dialect().about_pole) {
             let pole = [self.state.pole[first], self.state.pole[second]];
             let why = || format!("an arc whose pole ({:.5}, {:.5}) mm is its start or end", pole[0], pole[1]);
             return self.about(from, to, pole, clockwise).ok_or_else(|| why_none(minus(pole, to), why()));

@@ -128,6 +128,13 @@ fn long_lines_take_linear_time() {
 }
 
 #[test]
+fn carriage_returns_within_a_line_end_with_its_block() {
+    for dialect in dialects() {
+        everything(b"\0\r\0\r\n", dialect).unwrap();
+    }
+}
+
+#[test]
 fn text_longer_than_a_word_is_kept_in_pieces() {
     for text in ["?".repeat(200_000), format!("X[{}]", "1+".repeat(100_000)), format!("o{}", "9".repeat(70_000))] {
         let program = Program::read(text.clone().into_bytes(), Dialect::named("linuxcnc").unwrap()).unwrap();

@@ -117,6 +117,19 @@ def test_a_sharp_corner_of_klartext_goes_about_a_pole() -> None:
     )
 
 
+def test_holes_at_polar_places_become_positions_and_the_code_of_polar_words_goes() -> None:
+    """100 mm from the zero at 90 and 180 degrees, then 60 degrees on by an increment; the cycle's words stay."""
+    text = (
+        "G21 G17 G90 G00 Z9.\nG16 G99 G81 X100. Y90. Z-4. R3. F150.\nY180. M08\nG91 Y60.\nG90 G15 G80\nG01 X20. Y5.\n"
+    )
+    assert explicit(text, "fanuc-mill") == (
+        "G21 G17 G90 G00 Z9.\n G99 G81 X0.000 Y100.000 Z-4. R3. F150.\nX-100.000 Y0.000 M08\nG91 X50.000 Y-86.603\n"
+        "G90 G15 G80\nG01 X20. Y5.\n"
+    )
+    modal = "G17 G71 G90 G0 X0 Y0 Z9 F99\nG111 X20 Y20\nMCALL CYCLE82(50,0,2,-10,,1)\nAP=0 RP=15\nAP=IC(90)\nMCALL\n"
+    assert explicit(modal, "siemens").splitlines()[3:5] == ["X35.0000 Y20.0000", "X20.0000 Y35.0000"]
+
+
 def test_a_program_without_any_stays() -> None:
     text = "G21\nG00 X20. Z0.\nG01 Z-10. F.1\nG02 X24. Z-12. R2.\nX30. Z-15. I3. K0.\n"
     assert explicit(text, "fanuc-lathe") == text
@@ -131,7 +144,7 @@ def test_a_program_without_any_stays() -> None:
         ("G21 G91\nG1 X1. Y0. F9.\nG93 X10. ,R1. F2.\nY10. F2.", "fanuc-mill", 3, "G93"),
         ("G21 G93 G1 X1. Y0. F9.\nX10. ,R1. F9.\nY10. F9.", "fanuc-mill", 2, "the time of its move is given"),
         ("G21 G1 X1. Y0. F9.\nX10. ,R1. M77\nY10.", "fanuc-mill", 2, "before or after the move"),
-        ("G71 RNDM=1\nG1 X9 Y0 F9\nY9\nGOTOF END\nX20\nEND:\nX0", "siemens", 5, "RNDM may be in force here"),
+        ("G71 RNDM=1\nG1 X9 Y0 F9\nY9\nGOTOF END\nX20\nEND:\nX0", "siemens", 5, "may be in force here"),
         ("G71 G1 X0 Y0 F9\nR1=1\nWHILE R1<3\nX10 RND=R1\nY9\nX0 Y0\nR1=R1+1\nENDWHILE", "siemens", 4, "on RND=R1"),
     ],
 )

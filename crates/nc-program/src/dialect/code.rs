@@ -82,6 +82,8 @@ pub enum G {
     OffsetRegister,
     /// Sets the register's offset of all axes, zero where none is given; adds to it if true.
     Shift(bool),
+    /// X and Y of what follows are radius and angle about the zero of the coordinates, in G17; false ends it.
+    Polar(bool),
     /// Sets the pole of polar coordinates.
     Pole(PoleFrom),
     /// Takes the register setting back; true forgets it, false keeps it for `RestoreRegister`.

@@ -186,7 +186,8 @@ pub const HEIDENHAIN: Dialect = Dialect {
     names: controls::HEIDENHAIN_NAMES,
     formulas: true,
     classes: {
-        let own = [(b';', Class::LineComment), (b'*', Class::LineComment), (b'~', Class::Space)];
+        let own =
+            [(b';', Class::LineComment), (b'*', Class::LineComment), (b'(', Class::Comment), (b'~', Class::Space)];
         let mut classes = common_classes(&own);
         (classes[b'R' as usize], classes[b'M' as usize]) = (Class::Name, Class::Name);
         let mut digit = b'0' as usize;

@@ -98,6 +98,9 @@ impl Runner<'_> {
         if !request.pointless.is_empty() {
             self.count_steps(request);
         }
+        if self.program.dialect().about_pole {
+            self.state.modal.motion = Motion::Line; // `X+50 F100`: no function of a block stays in force
+        }
         let (action, word) = self.apply_codes(request);
         if !self.state.unit.is_used {
             self.look_for_lengths(request, action);
@@ -125,7 +128,10 @@ impl Runner<'_> {
                 if let Some(own) = request.get(BLOCK_FEED) {
                     self.state.modal.feed = self.feed_mm(request, own);
                 }
+                let across = self.state.modal.plane;
+                self.state.modal.plane = self.plane_of(request);
                 self.motion(request, in_machine(action));
+                self.state.modal.plane = across;
                 if request.any(&[BLOCK_FEED]) {
                     self.state.modal.feed = feed;
                 }
@@ -292,10 +298,11 @@ impl Runner<'_> {
                 modal.motion = self.state.under_cycle
             }
             G::EndModalMacro => self.end_modal_macro(word),
+            G::Polar(polar) => self.state.polar = polar,
             G::EndRotation => self.set_part(TURNS, None, word),
             G::EndScale => self.set_part(SCALES, None, word),
             G::Plane(plane) => {
-                modal.plane = plane;
+                (modal.plane, self.state.pole_plane) = (plane, plane);
                 self.state.xy_is_stated |= plane == Plane::Xy;
             }
             G::Inch(inch) => {

@@ -39,6 +39,12 @@ pub(crate) struct State {
     pub contouring: Contouring,
     /// The pole of polar coordinates, in the frame in which it was set.
     pub pole: [f64; 3],
+    /// X and Y are polar coordinates (G16).
+    pub polar: bool,
+    /// A loop of O words was left by `break`, and no `do` loop ended since.
+    pub broke: bool,
+    /// The plane of moves about the pole, where a block sets it (Klartext).
+    pub pole_plane: Plane,
     pub store: Store,
     /// Parameters without a value that were reported already.
     pub undefined: Vec<Key<'static>>,
@@ -145,6 +151,9 @@ impl State {
             touched: [f64::NAN; 3],
             contouring: Contouring::default(),
             pole: [0.0; 3],
+            polar: false,
+            broke: false,
+            pole_plane: modal.plane,
             store,
             undefined: Vec::new(),
             other_axes: Vec::new(),

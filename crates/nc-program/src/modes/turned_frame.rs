@@ -124,9 +124,14 @@ impl Runner<'_> {
     /// Cycles 8 (mirror), 10 (turn) and 11 (scale) about the datum, 26 (scale axes) about its own centre, each in the place
     /// of the one before; planes only where they turn nothing.
     fn turn_by_cycle(&mut self, text: &str, word: i32) {
-        let part = ["DEF 8.", "DEF 11.", "DEF 10.", "DEF 26."].iter().position(|name| text.contains(name));
-        let head = text.find(".1").map_or(text.len(), |at| at + 2);
-        let linear = part.and_then(|part| self.linear_of_cycle(part, text, head, word));
+        let names = ["DEF 8.1", "DEF 11.1", "DEF 10.1", "DEF 26.1", "MIRROR", "SCALE", "ROTATION"];
+        let named = names.iter().position(|name| text.contains(name));
+        let part = named.map(|named| named % 4);
+        let head = named.and_then(|named| Some(text.find(names[named])? + names[named].len())).unwrap_or(text.len());
+        let linear = match part {
+            Some(_) if text[head..].trim() == "RESET" => Some(Linear::scaled([1.0; 3], [0.0; 3])),
+            part => part.and_then(|part| self.linear_of_cycle(part, text, head, word)),
+        };
         match part {
             Some(part) if linear.is_some() => self.set_part(part, linear, word),
             None if leaves_plane(text) => {
@@ -142,7 +147,7 @@ impl Runner<'_> {
     fn linear_of_cycle(&mut self, part: usize, text: &str, head: usize, word: i32) -> Option<Linear> {
         if part == MIRRORS {
             let mut factors = [1.0; 3];
-            for name in text[head..].split_whitespace() {
+            for name in text[head..].split_whitespace().filter(|name| *name != "AXIS") {
                 factors[AXES.iter().position(|letter| name.as_bytes() == [*letter])?] = -1.0;
             }
             return Some(Linear::scaled(factors, [0.0; 3]));

@@ -18,6 +18,11 @@ impl Runner<'_> {
             Flow::Call => self.call(statement),
             Flow::If => self.choose(statement),
             Flow::ElseIf | Flow::Else | Flow::Break => {
+                if statement.flow == Flow::Break {
+                    // LinuxCNC 2.9 notes it until the end of a `do` loop, which it then leaves: this one, or a later one.
+                    let starts = self.table.statement(statement.start).map(|start| start.flow);
+                    self.state.broke = starts == Some(Flow::While);
+                }
                 self.counters.retain(|(block, _)| *block != statement.start);
                 statement.end + 1
             }
@@ -25,7 +30,7 @@ impl Runner<'_> {
             Flow::While if self.holds(statement) => next,
             Flow::While => statement.end + 1,
             Flow::EndWhile => statement.start,
-            Flow::DoWhile if self.holds(statement) => statement.start + 1,
+            Flow::DoWhile if !std::mem::take(&mut self.state.broke) && self.holds(statement) => statement.start + 1,
             Flow::DoWhile => next,
             Flow::Repeat => self.repeat(statement),
             Flow::EndRepeat => self.again(statement),

@@ -167,10 +167,9 @@ pub(crate) fn lower(text: &[u8]) -> String {
 pub(crate) fn called(program: &Program, word: &Word) -> (String, Option<u64>) {
     let text = lower(program.text(word));
     if word.kind != WordKind::Name {
-        return (
-            text.split(|byte| !u8::try_from(byte).is_ok_and(names::is_name)).next().unwrap_or("").to_owned(),
-            Some(1),
-        );
+        let end = text.find(|byte| !u8::try_from(byte).is_ok_and(names::is_name)).unwrap_or(text.len());
+        let arguments: String = text[end..].split_whitespace().collect();
+        return (text[..end].to_owned(), Some(1).filter(|_| arguments.is_empty() || arguments == "()"));
     }
     let mut parts = text.get("call".len()..).unwrap_or("").split_ascii_whitespace();
     let (name, repeats, more) = (parts.next().unwrap_or(""), parts.next().unwrap_or("q1"), parts.next());

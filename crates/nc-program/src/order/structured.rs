@@ -1,5 +1,6 @@
 //! Flow control of Sinumerik: IF, WHILE, FOR, LOOP, REPEAT without labels, jumps to labels, programs called by name.
 
+use crate::dialect::G;
 use crate::finding::{self, Severity};
 use crate::modes::request::Request;
 use crate::order::flow::{Flow, Statement};
@@ -222,19 +223,50 @@ impl Runner<'_> {
     pub(crate) fn call_named(&mut self, word: usize, request: &Request) {
         let Some(found) = self.program.words().get(word) else { return };
         let (name, repeats) = called(self.program, found);
-        let (message, hint) = match (self.labels().named_program(&name), repeats) {
+        let (severity, message) = match (self.labels().named_program(&name), repeats) {
             (Some(start), Some(repeats)) => {
                 let times = request.get(b'P').map_or(repeats, |times| times.round().max(0.0) as u64);
                 return self.visit(start, times);
             }
-            (Some(_), None) => {
-                ("a call with arguments is not followed".to_owned(), "write what it runs into its place")
-            }
-            (None, _) => (
-                format!("program {} is not in this file", name.to_ascii_uppercase()),
-                "put it into the program's own file: what it does is not in the path",
-            ),
+            (Some(start), None) if self.call_procedure(start, word as i32) => return,
+            (Some(_), None) => (Severity::Warning, "a call with arguments is not followed".to_owned()),
+            (None, _) => (Severity::Note, format!("program {} is not in this file", name.to_ascii_uppercase())),
         };
-        self.report(Severity::Note, finding::OPAQUE, found.start as usize, message, hint);
+        let hint = "put what it does into the program, or its file beside it: it is not in the path";
+        self.report(severity, finding::OPAQUE, found.start as usize, message, hint);
+    }
+
+    /// `POCKET(10,R1)`: runs the program, whose `PROC POCKET(REAL L, REAL B=5)` names its arguments; whether it does so.
+    fn call_procedure(&mut self, start: usize, word: i32) -> bool {
+        let program = self.program;
+        let head = |word: &&Word| program.code(word) == Some(G::Procedure);
+        let Some(head) = (start..start + 4).find_map(|block| program.words_of(block).iter().find(head)) else {
+            return false;
+        };
+        let text = String::from_utf8_lossy(program.text(head)).to_ascii_lowercase();
+        let Some((own, _)) = text.split_once('(').and_then(|(_, rest)| rest.split_once(')')) else { return false };
+        let Some(given) = self.cycle_arguments(word) else { return false };
+        let mut arguments = Vec::new();
+        for (index, own) in own.split(',').enumerate() {
+            let (own, default) = own.split_once('=').unwrap_or((own, "0"));
+            let Some((of, name)) = own.trim().rsplit_once(' ') else { return false };
+            let value = given.get(index).filter(|given| given.span != (0, 0)).map(|given| given.value);
+            let Some(value) = value.or_else(|| default.trim().parse().ok()) else { return false };
+            let given_back = of.split_whitespace().any(|of| of == "var"); // its value goes back to the caller
+            if given_back || given.get(index).is_some_and(|given| given.text.is_some()) {
+                return false;
+            }
+            arguments.push((name.as_bytes().to_vec(), value));
+        }
+        if given.len() > arguments.len() {
+            return false;
+        }
+        let depth = self.visits.len();
+        self.visit(start, 1);
+        if self.visits.len() > depth {
+            self.state.store.enter_procedure(&arguments);
+            self.owns_parameters();
+        }
+        true
     }
 }

@@ -1,6 +1,7 @@
 //! The lexer: lays blocks and words over the bytes in one pass. Every byte belongs to a word or to what lies between.
 
-use crate::dialect::{Blanks, Class, Dialect, FlowStyle};
+use crate::dialect::{Blanks, Class, Dialect, FlowStyle, G};
+use crate::modes::codes;
 use crate::order::flow::skip_blank;
 use crate::order::macros;
 use crate::reading::names;
@@ -31,6 +32,8 @@ pub(crate) fn lex(source: &[u8], dialect: &Dialect) -> (Vec<Block>, Vec<Word>) {
         remark_goes_on: false,
         beyond_tape: false,
         has_returns: memchr::memchr(b'\r', source).is_some(),
+        has_polar: dialect.g_code(16.0) == Some(G::Polar(true)),
+        polar: false,
     };
     while lexer.at < source.len() {
         lexer.block();
@@ -51,6 +54,10 @@ pub(crate) struct Lexer<'a> {
     /// A `%` has ended the tape, and no program has begun since.
     beyond_tape: bool,
     has_returns: bool,
+    /// The dialect has polar coordinates of G16.
+    has_polar: bool,
+    /// They are in force, in the order in which blocks are written.
+    polar: bool,
 }
 
 impl Lexer<'_> {
@@ -70,6 +77,7 @@ impl Lexer<'_> {
                 Class::Name => self.word_slowly(self.at, self.letter(self.at)),
                 Class::LineComment => self.at = self.scanner.line_end(self.at),
                 Class::BlockEnd if self.ends_block() => self.at += 1,
+                Class::BlockEnd if self.precedes_prose() => self.at = self.scanner.line_end(self.at),
                 Class::Comment => self.comment(),
                 Class::Statement => self.statement(),
                 Class::Parameter => self.assignment(),
@@ -90,6 +98,8 @@ impl Lexer<'_> {
                 }
                 Class::Digit if first => self.block_number(),
                 Class::Slash if self.dialect.rules.slash_within => self.slash_within(),
+                // `F[#1*2].`: a point behind a value in brackets changes nothing.
+                Class::Other if self.source.get(self.at) == Some(&b'.') && self.follows_feed() => self.at += 1,
                 Class::Slash
                 | Class::Percent
                 | Class::Digit
@@ -101,8 +111,13 @@ impl Lexer<'_> {
         }
         if self.has_returns && self.runs_on(start) {
             self.words.truncate(first_word);
-            self.push_unknown(start, self.at);
+            let end = self.at;
+            self.push_unknown(start, self.without_return(start, end));
+            self.at = end;
             (optional, tape_mark) = (false, false);
+        }
+        if self.has_polar {
+            self.letter_polar(first_word);
         }
         let optional = optional || self.goes_on_skipped(start);
         let line = self.source.get(start..self.at).unwrap_or(&[]).trim_ascii();
@@ -114,15 +129,45 @@ impl Lexer<'_> {
         self.at += 1;
     }
 
+    /// Between G16 and G15, X and Y of a block that moves are radius and angle.
+    fn letter_polar(&mut self, first_word: usize) {
+        let dialect = self.dialect;
+        let words = self.words.get_mut(first_word..).unwrap_or(&mut []);
+        let codes = words.iter().filter(|word| word.letter == b'G' && word.kind == WordKind::Number);
+        let mut acts = false;
+        for code in codes.filter_map(|word| dialect.g_code(word.value)) {
+            match code {
+                G::Polar(on) => self.polar = on,
+                code => acts |= codes::acts(code),
+            }
+        }
+        let values = words.iter_mut().filter(|word| matches!(word.kind, WordKind::Number | WordKind::Expression));
+        for word in values.filter(|_| self.polar && !acts) {
+            word.letter = match word.letter {
+                b'X' => POLAR_RADIUS,
+                b'Y' => POLAR_ANGLE,
+                other => other,
+            };
+        }
+    }
+
     /// Whether a carriage return without a line feed stands within the line: blocks that end so cannot be told apart.
     fn runs_on(&self, start: usize) -> bool {
         let line = self.source.get(start..self.at).unwrap_or(&[]);
         memchr::memchr(b'\r', line.trim_ascii()).is_some()
     }
 
-    /// Whether a line is a remark: no block of Klartext begins with a bracket; set-up sheets above a program do.
+    /// Whether a line is a remark: no block of Klartext or Sinumerik begins with a bracket; set-up sheets above a program do.
     fn is_remark(&self) -> bool {
-        self.dialect.flow == FlowStyle::Labels && self.source.get(self.at) == Some(&b'(')
+        matches!(self.dialect.flow, FlowStyle::Labels | FlowStyle::Structured)
+            && self.source.get(self.at) == Some(&b'(')
+    }
+
+    /// Whether the end of a block is followed by prose: a word of two letters that begins no statement of a macro.
+    fn precedes_prose(&self) -> bool {
+        let at = names::skip_blank(self.source, self.at + 1);
+        let word = self.source.get(at..at + 2).is_some_and(|letters| letters.iter().all(u8::is_ascii_alphabetic));
+        word && !macros::begins(self.source, at) && !macros::writes_out(self.source, at)
     }
 
     /// Whether the line at hand is text behind the end of the tape, which the control does not read.
@@ -152,6 +197,12 @@ impl Lexer<'_> {
             Some(b'$') => self.dialect.rules.sequence_names,
             _ => false,
         }
+    }
+
+    /// Whether an F or S by a value in brackets ends here; words that a correction changes are to end with their value.
+    fn follows_feed(&self) -> bool {
+        let last = self.words.last().filter(|word| word.kind == WordKind::Expression && word.end() == self.at);
+        last.is_some_and(|word| matches!(word.letter, b'F' | b'S'))
     }
 
     /// Whether only comments and further ends of a block follow on the line.

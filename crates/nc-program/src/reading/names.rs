@@ -69,7 +69,7 @@ pub(crate) fn find(source: &[u8], at: usize, dialect: &Dialect) -> Option<(usize
     let letter = source.get(at)?.to_ascii_uppercase();
     let first = *dialect.names.first.get(usize::from(letter))?;
     let same = dialect.names.list.get(first..)?.iter().take_while(|(name, _)| name.as_bytes().first() == Some(&letter));
-    let digits = dialect.flow == FlowStyle::Labels; // a number may follow at once: `IX5`
+    let digits = dialect.flow == FlowStyle::Labels; // a value may follow at once: `IX5`, `RND RQ5`
     let mut fitting = same.enumerate();
     fitting.find_map(|(offset, (name, _))| Some((first + offset, ends(source, at, name.as_bytes(), digits)?)))
 }
@@ -99,7 +99,10 @@ fn ends(source: &[u8], mut at: usize, pattern: &[u8], digits: bool) -> Option<us
         }
     }
     let open = pattern.last().is_some_and(|byte| is_name(*byte) || *byte == b'#');
-    (!(open && source.get(at).is_some_and(|byte| is_name(*byte) && !(digits && byte.is_ascii_digit())))).then_some(at)
+    let value = source.get(at..).unwrap_or(&[]);
+    let value = value.strip_prefix(b"Q").map_or(value, |rest| rest.strip_prefix(b"L").unwrap_or(rest));
+    let has_value = digits && value.first().is_some_and(u8::is_ascii_digit);
+    (!open || has_value || !source.get(at).is_some_and(|byte| is_name(*byte))).then_some(at)
 }
 
 /// Whether a byte belongs to a name.

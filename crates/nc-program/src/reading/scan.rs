@@ -138,10 +138,9 @@ impl Scanner<'_> {
             return Some(end);
         }
         let slash = self.skip_space(end);
-        if self.source.get(slash) == Some(&b'/') {
-            self.bracketed_end(slash + 1)
-        } else {
-            None
+        match self.source.get(slash) {
+            Some(b'/') => self.bracketed_end(slash + 1),
+            _ => Some(end).filter(|_| self.dialect.functions == Functions::Macro),
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::compensation::offset::{meeting, Piece};
 use crate::dialect::FlowStyle;
 use crate::finding;
-use crate::modes::modal::Motion;
+use crate::modes::modal::{Modal, Motion};
 use crate::modes::request::Request;
 use crate::path::{Arc, MoveKind, INHERITED};
 use crate::run::Runner;
@@ -183,10 +183,18 @@ impl Runner<'_> {
                 "it is not between moves along one axis each, or the next one goes the other way than its sign".into(),
             );
         }
-        let arc = self.path.arcs.last().filter(|arc| arc.of_move == last);
+        let arc = self.last_arc().ok_or("the arc before it is of another plane")?;
         let before = Way { from: point(from), to: point(to), turn: arc.map(|arc| (point(&arc.centre), arc.sweep)) };
         let after = Way { from: point(to), to: point(&end), turn: turn.map(|turn| (turn.centre, turn.sweep)) };
         cut(asked.corner, &before, &after)
+    }
+
+    /// The last move's arc; `None` for one of another plane than that in force.
+    pub(crate) fn last_arc(&self) -> Option<Option<&Arc>> {
+        let arc = self.path.arcs.last().filter(|arc| arc.of_move + 1 == self.path.len());
+        let plane =
+            self.path.state.last().and_then(|state| self.path.states.get(*state as usize)).map(|modal| modal.plane);
+        (arc.is_none() || plane == Some(self.state.modal.plane)).then_some(arc)
     }
 
     /// Ends the last move where the corner begins, and adds the corner's own.
@@ -214,12 +222,9 @@ impl Runner<'_> {
         // By default a Sinumerik takes the feed of the block that leads away from the corner.
         let leads_away = self.program.dialect().flow == FlowStyle::Structured;
         let feed = asked.feed.or(leads_away.then_some(self.state.modal.feed));
-        let state = match (feed, before) {
-            (Some(feed), Some((modal, origin))) => {
-                self.path.state_index(&crate::modes::modal::Modal { feed, ..modal }, origin)
-            }
-            _ => state,
-        };
+        let plane = self.state.modal.plane;
+        let own = |modal: Modal| Modal { feed: feed.unwrap_or(modal.feed), plane, ..modal };
+        let state = before.map_or(state, |(modal, origin)| self.path.state_index(&own(modal), origin));
         let start = self.path.end.last().copied().unwrap_or(self.state.position);
         set(&mut self.state.position, cut.way.to);
         self.path.corners.push((self.path.len(), asked.word));

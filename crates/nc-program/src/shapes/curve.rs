@@ -7,8 +7,8 @@ use crate::dialect::FlowStyle;
 use crate::finding;
 use crate::modes::modal::{Motion, Plane};
 use crate::modes::request::Request;
-use crate::motion::CENTRES;
-use crate::path::MoveKind;
+use crate::motion::{CENTRES, POLAR};
+use crate::path::{MoveKind, INHERITED};
 use crate::run::{Runner, AXES};
 use crate::shapes::arc::{self, Circle, Point};
 
@@ -34,7 +34,7 @@ pub enum PoleFrom {
 }
 
 impl Runner<'_> {
-    /// Sets the pole to the block's coordinates; in Klartext the two that are named are the plane of what follows.
+    /// Sets the pole to the block's coordinates; in Klartext the two that are named are the plane of moves about it.
     pub(crate) fn set_pole(&mut self, request: &Request, from: PoleFrom) {
         let (target, words) = self.target(request, false);
         let pole = [0, 1, 2].map(|axis| {
@@ -48,12 +48,40 @@ impl Runner<'_> {
         });
         self.state.pole = pole;
         if from == PoleFrom::Coordinates {
-            self.state.modal.plane = match [0, 1, 2].map(|axis| words[axis] >= 0) {
+            self.state.pole_plane = match [0, 1, 2].map(|axis| words[axis] >= 0) {
                 [true, true, false] => Plane::Xy,
                 [false, true, true] => Plane::Yz,
                 [true, false, true] => Plane::Zx,
-                _ => self.state.modal.plane,
+                _ => self.state.pole_plane,
             };
+        }
+    }
+
+    /// The plane in which a block moves: that of the pole about it in Klartext, whose cycles, radii and tools keep the
+    /// plane across the tool's axis.
+    pub(crate) fn plane_of(&self, request: &Request) -> Plane {
+        let arc = matches!(self.state.modal.motion, Motion::Clockwise | Motion::Counterclockwise);
+        let about = request.any(&POLAR) || arc && !request.any(&[self.program.dialect().rules.radius_letter]);
+        if self.program.dialect().about_pole && about {
+            self.state.pole_plane
+        } else {
+            self.state.modal.plane
+        }
+    }
+
+    /// Reports polar coordinates of G16 that are not followed: blocks that are not between its code and its end as they
+    /// are written, other planes, and radii under increments, which count from where the tool stands.
+    pub(crate) fn check_polar(&mut self, request: &Request, in_machine: bool) {
+        if self.program.dialect().flow != FlowStyle::Macro {
+            return;
+        }
+        let (modal, polar) = (&self.state.modal, request.any(&POLAR));
+        let from_tool = modal.incremental && request.any(&[POLAR_RADIUS]);
+        let wrong = polar && (!self.state.polar || modal.plane != Plane::Xy || from_tool);
+        let named = request.any(b"XY") && self.state.polar && !in_machine;
+        if wrong || named {
+            let words = [b'X', b'Y', POLAR_RADIUS, POLAR_ANGLE].map(|letter| request.word(letter));
+            self.unfollowed(words.into_iter().max().unwrap_or(INHERITED));
         }
     }
 
@@ -65,7 +93,8 @@ impl Runner<'_> {
             self.state.position[second] - self.state.pole[second],
         ];
         let (radius, angle) = (from[0].hypot(from[1]), from[1].atan2(from[0]));
-        let increments = self.state.modal.incremental && self.program.dialect().flow == FlowStyle::OWords;
+        let counts_on = matches!(self.program.dialect().flow, FlowStyle::OWords | FlowStyle::Macro);
+        let increments = self.state.modal.incremental && counts_on;
         let value = |letter: u8, now: f64, unit: f64| match request.get(letter).map(|value| value * unit) {
             Some(value) if request.reference(letter).unwrap_or(increments) => now + value,
             Some(value) => value,
@@ -100,8 +129,7 @@ impl Runner<'_> {
         let (first, second, _) = self.state.modal.plane.axes();
         let last = self.path.len().checked_sub(1)?;
         let (start, end) = (self.path.start.get(last)?, self.path.end.get(last)?);
-        let arc = self.path.arcs.last().filter(|arc| arc.of_move == last);
-        let along = match arc {
+        let along = match self.last_arc()? {
             Some(arc) => {
                 let arm = [end[first] - arc.centre[first], end[second] - arc.centre[second]];
                 let sign = arc.sweep.signum();

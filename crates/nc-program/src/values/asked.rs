@@ -8,14 +8,15 @@ use crate::modes::modal::{FeedMode, Motion};
 use crate::modes::request::Request;
 use crate::reading::letters::Letters;
 use crate::run::Runner;
+use crate::shapes::curve::POLAR_ANGLE;
 use crate::turning::rough::Rough;
 
 /// Letters of lengths and of a line's angle, whose numbers may count steps where they have no decimal point.
-const LENGTHS: &[u8] = b"IJKRUVWXYZacr";
+const LENGTHS: &[u8] = b"IJKRUVWXYZacpqr";
 /// Letters of arguments of macros that count steps so, each as its axis does.
 const ARGUMENTS: &[u8] = b"ABCIJKQRUVWXYZ";
 /// Rotary axes (H by increments) and angles of lines count thousandths of a degree so.
-const ANGLES: &[u8] = b"ABCHa";
+const ANGLES: &[u8] = b"ABCHaq";
 const ANGLE_STEP: f64 = 0.001;
 
 /// Letters of lengths and angles, among the words of a block with these codes.
@@ -40,7 +41,9 @@ pub(crate) fn lengths(dialect: &Dialect, codes: impl Iterator<Item = G> + Clone)
         letters.remove(b'X');
     }
     if !codes.clone().any(|code| code == G::Thread) {
-        let turns = |letter: &&u8| dialect.other_axes.has(**letter) || dialect.line_angle.contains(letter);
+        let turns = |letter: &&u8| {
+            **letter == POLAR_ANGLE || dialect.other_axes.has(**letter) || dialect.line_angle.contains(letter)
+        };
         ANGLES.iter().filter(turns).for_each(|letter| letters.add(*letter));
     }
     if codes.into_iter().any(|code| code == G::Limits) {

@@ -3,7 +3,9 @@
 use crate::dialect::{Blanks, Dialect, Functions, Naming};
 use crate::reading::names;
 use crate::reading::number;
-use crate::values::functions::{function, macro_function, Operator, ARITHMETIC, KLARTEXT, MACRO, RS274, SIEMENS};
+use crate::values::functions::{
+    function, macro_function, power, Operator, ARITHMETIC, KLARTEXT, MACRO, RS274, SIEMENS,
+};
 use crate::values::parameters::{read_number, Key};
 
 /// Brackets and parameters of parameters may nest this deep.
@@ -299,10 +301,17 @@ impl<'a> Reader<'a> {
         if name == b"exists" && !macros {
             return self.exists();
         }
-        let argument = counted(self.brackets()?);
-        match name.as_slice() {
-            b"atan" => self.arc_tangent(argument),
-            name => match if macros { macro_function(name, argument) } else { function(name, argument) } {
+        self.open()?;
+        let argument = counted(self.expression(0)?);
+        let second = if macros && self.peek() == Some(b',') { Some(self.second()?) } else { None };
+        self.close()?;
+        match (name.as_slice(), second) {
+            (b"atan", Some(x)) => Ok(self.angle(argument, x, start)),
+            (b"atan", None) if macros && self.peek() != Some(b'/') => Ok(argument.atan().to_degrees()),
+            (b"atan", None) => self.arc_tangent(argument, start),
+            (b"pow", Some(exponent)) => power(argument, exponent).or_else(|what| self.fault(start, what)),
+            (_, Some(_)) => self.fault(start, "this function has no second argument"),
+            (name, None) => match if macros { macro_function(name, argument) } else { function(name, argument) } {
                 Some(value) if value.is_finite() || argument.is_nan() => Ok(value),
                 Some(_) => self.fault(start, &format!("the function has no value at {argument}")),
                 None => self.fault(start, &format!("unknown function {}", String::from_utf8_lossy(name))),
@@ -310,14 +319,33 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `ATAN[y]/[x]`, in degrees.
-    fn arc_tangent(&mut self, y: f64) -> Result<f64, Box<Fault>> {
+    /// The value behind a comma.
+    fn second(&mut self) -> Result<f64, Box<Fault>> {
+        self.at += 1;
+        Ok(counted(self.expression(0)?))
+    }
+
+    /// The angle of a direction, in degrees; a parameter of the machine says how those below zero are counted.
+    fn angle(&mut self, y: f64, x: f64, at: usize) -> f64 {
+        let angle = y.atan2(x).to_degrees();
+        match self.dialect.rules.arc_tangent.filter(|_| angle < 0.0) {
+            Some(parameter) => match self.values.get(&Key::named(parameter.name.as_bytes()), at) {
+                0.0 => angle + 360.0,
+                known if known.is_nan() => known,
+                _ => angle,
+            },
+            None => angle,
+        }
+    }
+
+    /// `ATAN[y]/[x]`.
+    fn arc_tangent(&mut self, y: f64, start: usize) -> Result<f64, Box<Fault>> {
         if self.peek() != Some(b'/') {
             return self.fault(self.at, "ATAN needs two arguments: ATAN[y]/[x]");
         }
         self.at += 1;
         let x = self.brackets()?;
-        Ok(y.atan2(x).to_degrees())
+        Ok(self.angle(y, x, start))
     }
 
     /// `EXISTS[#<name>]`.

@@ -74,7 +74,8 @@ pub(crate) const SIEMENS: [Operator; 19] = [
 ];
 
 /// Those of Klartext; FN 8 is written with LEN, FN 13 with ANG.
-pub(crate) const KLARTEXT: [Operator; 4] = [
+pub(crate) const KLARTEXT: [Operator; 5] = [
+    Operator { text: b"%", strength: 4, apply: |a, b| divided(a, b, a % b) },
     Operator { text: b"^", strength: 5, apply: power },
     Operator { text: b"div", strength: 4, apply: |a, b| divided(a, b, a / b) },
     Operator { text: b"len", strength: 4, apply: |a, b| Ok(a.hypot(b)) },
@@ -142,7 +143,7 @@ fn divided(_: f64, by: f64, result: f64) -> Result<f64, &'static str> {
     }
 }
 
-fn power(base: f64, exponent: f64) -> Result<f64, &'static str> {
+pub(crate) fn power(base: f64, exponent: f64) -> Result<f64, &'static str> {
     if base < 0.0 && exponent.fract() != 0.0 {
         Err("a negative number to a fractional power")
     } else {

@@ -109,8 +109,14 @@ pub struct Store {
     callers: Vec<Locals>,
 }
 
-/// Local parameters put away: numbered and named.
-type Locals = (Vec<Option<f64>>, BTreeMap<Vec<u8>, f64>);
+/// Local parameters put away: numbered, and all named ones or some that a procedure calls its own.
+type Locals = (Vec<Option<f64>>, Names);
+
+#[derive(Clone, Debug)]
+enum Names {
+    All(BTreeMap<Vec<u8>, f64>),
+    Some(Vec<(Vec<u8>, Option<f64>)>),
+}
 
 impl Store {
     /// The value, where one was given.
@@ -184,7 +190,14 @@ impl Store {
     fn put_locals_away(&mut self, last: usize) {
         self.numbered.resize(self.numbered.len().max(last + 1), None);
         let saved = self.numbered.iter_mut().take(last + 1).map(Option::take).collect();
-        self.callers.push((saved, std::mem::take(&mut self.local)));
+        self.callers.push((saved, Names::All(std::mem::take(&mut self.local))));
+    }
+
+    /// Enters a procedure whose arguments have names of their own; what else has a value keeps it.
+    pub fn enter_procedure(&mut self, arguments: &[(Vec<u8>, f64)]) {
+        let before = arguments.iter().map(|(name, _)| (name.clone(), self.local.get(name).copied())).collect();
+        self.local.extend(arguments.iter().cloned());
+        self.callers.push((Vec::new(), Names::Some(before)));
     }
 
     /// Leaves it: the caller's local parameters come back.
@@ -193,7 +206,13 @@ impl Store {
             for (slot, value) in self.numbered.iter_mut().zip(saved) {
                 *slot = value;
             }
-            self.local = local;
+            match local {
+                Names::All(local) => self.local = local,
+                Names::Some(before) => before.into_iter().for_each(|(name, value)| match value {
+                    Some(value) => drop(self.local.insert(name, value)),
+                    None => drop(self.local.remove(&name)),
+                }),
+            }
         }
     }
 }

@@ -68,7 +68,8 @@ def written_out_file(
     blocks = np.zeros(program.block_count, dtype=np.bool_)
     blocks[[program.core.block_at(found.start()) for found in _SHAPING.finditer(program.source)]] = True
     wordless = (path.word < 0).all(axis=1) | (path.motion == Motion.ARC)
-    drawn = blocks[path.block] | wordless
+    by_one = (path.word == np.roll(path.word, 1, axis=1)) & (path.word >= 0)  # one word sets two axes: it is polar
+    drawn = blocks[path.block] | wordless | by_one.any(axis=1)
     if keeps_polar and program.dialect.klartext:
         words = ((block.index, motion_word(program, block)) for block in program.blocks)
         kept = np.zeros(program.block_count, dtype=np.bool_)

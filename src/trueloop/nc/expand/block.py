@@ -79,7 +79,7 @@ def rewritten(
 
 def _place(block: Block, changed: Mapping[int, str]) -> Word:
     """The word at which new ones are written."""
-    left_out = [word for word in block.data if changed.get(word.index) == OUT]
+    left_out = [word for word in block.data if changed.get(word.index) == OUT and word.letter != "G"]
     coordinates = [word for word in block.data if word.letter in COORDINATES]
     return (left_out or coordinates[-1:] or list(block.data))[0]
 
@@ -178,6 +178,15 @@ def require_writable(program: Program, path: ToolPath, block: Block, moves: Sequ
     if shaped and formula is not None:
         hint = "write the coordinates beside it as numbers, or the corner or arc as a block of its own"
         raise refusal(program, block, f"it depends on {formula.text}, which another value would change", hint)
+
+
+def is_place(program: Program, path: ToolPath, move: int) -> bool:
+    """Returns whether a move goes to the place of a hole: the cycle of its block then moves along the third axis."""
+    after, axes = move + 1, list(PLANE_AXES[int(path.plane[move])])
+    if after >= len(path) or path.block[after] != path.block[move] or after in path.corners:
+        return False
+    stays = path.end_mm[after, axes] == path.start_mm[after, axes]
+    return bool(stays.all()) and not is_wordless(path, move) and not makes_spline(program, path, after)
 
 
 def _behind(program: Program, path: ToolPath, moves: Sequence[int]) -> Iterable[Word]:

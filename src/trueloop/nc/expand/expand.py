@@ -36,6 +36,7 @@ from trueloop.nc.expand.block import (
     feed_word,
     g_code,
     g_digits,
+    is_place,
     is_wide,
     klartext_name,
     klartext_turn,
@@ -81,6 +82,9 @@ class Explicit:
         if self._last != moves[0] - 1:
             self._begin(moves[0], block)
         require_writable(self.program, self.path, block, moves)
+        if is_place(self.program, self.path, moves[0]):
+            self._place(moves[0], block)
+            return
         if makes_spline(self.program, self.path, moves[0]):
             self._spline(moves, block)
             return
@@ -94,7 +98,7 @@ class Explicit:
             changed |= {word.index: OUT for word in block.data if word.index in self.path.corner_words}
             new, more = more, []
         self._last = moves[-1]
-        self._keep(block, rewritten(self.program, block, changed, new, more))
+        self._keep(block, rewritten(self.program, block, self._without_modes(block, changed), new, more))
 
     def _spline(self, moves: Sequence[int], block: Block) -> None:
         """The chords of a spline in place of what gave it; its feed stays where it is."""
@@ -106,16 +110,34 @@ class Explicit:
             new, more = (texts[:1], texts[1:]) if own else ((), ())
             self._keep(other, rewritten(self.program, other, changed, new, more))
 
-    def end_every_corner(self) -> None:
-        """Takes RNDM out of a program whose corners are all written out. Raises NC-EDIT beside blocks not run."""
+    def _place(self, move: int, block: Block) -> None:
+        """The place of a hole, where the words of the cycle stay; the code that they are polar goes."""
+        changed = {word.index: OUT for word in shaping_words(self.program, self.path, move)}
+        state, end, new = self.path.coordinate_state(move), np.array(self._end), list[str]()
+        for axis in _across(self.path, move):
+            target, held = float(self.path.end_mm[move, axis]), float(self._end[axis])
+            end[axis], text = _written(self.program.dialect, AXES[axis], target, held, state)
+            new.append(text)
+        self._end, self._last = end, move
+        self._keep(block, rewritten(self.program, block, self._without_modes(block, changed), new, ()))
+
+    def _without_modes(self, block: Block, changed: dict[int, str]) -> dict[int, str]:
+        """The changed words, and a code left out by which words of further blocks would be polar (G16)."""
+        return changed | {word.index: OUT for word in block.data if self.program.core.meaning(word.index) == _POLAR}
+
+    def end_modes(self, letters: str) -> None:
+        """Takes RNDM, or the code of polar words, out of a program whose moves that hang on them are all written out.
+        Raises NC-EDIT beside blocks with words of these letters that are not run.
+        """
         for block in self.program.blocks:
             values = [word for word in block.data if word.kind in ("number", "expression")]
-            if block.index not in self.path.block and any(word.letter in "XYZ" for word in values):
-                hint = "write RND into the blocks that are to end in a corner"
-                raise refusal(self.program, block, "RNDM may be in force here, and it is not run", hint)
-            every = {word.index: OUT for word in values if word.letter == EVERY_CORNER}
-            if every and block.index not in self.path.block:
-                self.edits[block.index] = rewritten(self.program, block, every, (), ())
+            if block.index not in self.path.block and any(word.letter in letters for word in values):
+                hint = "write RND into the blocks that are to end in a corner, and positions in place of polar ones"
+                raise refusal(self.program, block, "RNDM or G16 may be in force here, and it is not run", hint)
+            out = {word.index: OUT for word in values if word.letter == EVERY_CORNER}
+            out = self._without_modes(block, out)
+            if out and block.index not in self.edits:
+                self.edits[block.index] = rewritten(self.program, block, out, (), ())
 
     def _begin(self, move: int, block: Block) -> None:
         """Reads the state in force before a move, if no move before it was written out."""
@@ -228,7 +250,7 @@ class Explicit:
     def _corner(self, move: int) -> str:
         """A corner as a move of its own."""
         path, dialect, state = self.path, self.program.dialect, self.path.coordinate_state(move)
-        axes = sorted(PLANE_AXES[int(path.plane[move])])
+        axes = _across(path, move)
         end = np.array(self._end)
         words = []
         for axis in axes:
@@ -260,6 +282,11 @@ class Explicit:
             )
 
 
+def _across(path: ToolPath, move: int) -> list[int]:
+    """Returns the axes of a move's plane."""
+    return sorted(PLANE_AXES[int(path.plane[move])])
+
+
 def _is_increment(word: Word, in_force: bool) -> bool:
     """Returns whether a word says how far its axis goes."""
     return in_force if word.increment is None else word.increment
@@ -272,6 +299,7 @@ def _written(dialect: Dialect, letter: str, target: float, held: float, state: C
     return origin + value_mm, letter + text
 
 
+_POLAR: Final = "Polar(true)"
 SLACK_MM = 1e-6
 """Runner and program may differ by this beside rounding."""
 ARC_STEPS = 2.0
@@ -330,17 +358,26 @@ def written_out(
         return WrittenOut(program, path, ())
     explicit = Explicit(program, path)
     _require_cut(program, path, visits)
-    if any(asks_every_corner(program, path, k) for visit in visits for k in visit):
-        chosen |= {k for k in range(len(path)) if asks_every_corner(program, path, k)}
+    modes = {"XYZ": asks_every_corner, "pq": _is_polar_by_mode}
+    modes = {of: hangs for of, hangs in modes.items() if any(hangs(program, path, k) for v in visits for k in v)}
+    if modes:
+        chosen |= {k for k in range(len(path)) if any(hangs(program, path, k) for hangs in modes.values())}
         visits = _visits(program, path, chosen)
-        explicit.end_every_corner()
     for visit in visits:
         explicit.write(visit)
+    if modes:
+        explicit.end_modes("".join(modes))
     edits = tuple(edit for block in explicit.edits.values() for edit in block)
     written = program.rewritten(apply_edits(program, edits))
     done = WrittenOut(written, run(written), edits)
     require_same_path(program, path, done)
     return done
+
+
+def _is_polar_by_mode(program: Program, path: ToolPath, move: int) -> bool:
+    """Returns whether X and Y of a move are radius and angle by the code of another block (G16)."""
+    words = (program.word(int(word)) for word in path.word[move] if word >= 0)
+    return any(word.letter in "pq" and word.text[0] in "XxYy" for word in words)
 
 
 def _then_the_rest(
@@ -376,7 +413,8 @@ def _visits(program: Program, path: ToolPath, moves: set[int]) -> list[list[int]
         k = wanted.pop()
         found.add(k)
         before = is_made(path, k) or (k > 0 and _hangs_on_next(program, path, k - 1))
-        beside = {j for j in (k - 1, k + 1) if 0 <= j < len(path) and (j > k or before)} - found
+        after = not is_place(program, path, k)
+        beside = {j for j in (k - 1, k + 1) if 0 <= j < len(path) and (after if j > k else before)} - found
         shaped = {j for j in beside if _is_drawn(program, path, j)}
         wanted |= shaped
         found |= beside - shaped
@@ -387,6 +425,8 @@ def _is_drawn(program: Program, path: ToolPath, move: int) -> bool:
     """Returns whether a move is given with less than its points; those of cycles are left alone."""
     if makes_spline(program, path, move):
         return True
+    if move > 0 and path.block[move - 1] == path.block[move] and (path.word[move, _across(path, move)] < 0).all():
+        return move in path.corners  # of a cycle, or of a corner
     return move in path.corners if is_made(path, move) else is_shaped(program, path, move)
 
 
