@@ -12,7 +12,7 @@ from tests.support.chromium import console_errors, dump_dom
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.surface.surface import SurfaceModel, correct, maps_of, model_of, pattern_model
 from trueloop.report.style import LEFT_ON, TAKEN
-from trueloop.report.surface.maps import caption, colour, colour_range_um, flat, maps_of_part, rgb
+from trueloop.report.surface.maps import DeviationMap, caption, colour, colour_range_um, flat, maps_of_part, rgb
 from trueloop.report.surface.page import maps, maps_picture, surface_page
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
@@ -181,3 +181,14 @@ def test_every_part_stands_in_the_table(page: Path, model: SurfaceModel) -> None
     text = page.read_text(encoding="utf-8")
     assert all(f"<td>{part.deviations.name}</td>" in text for part in model.parts)
     assert "best fit: form alone" in text
+
+
+def test_sides_of_a_map_are_named_by_the_coordinates_of_the_part() -> None:
+    """By hand: x runs up from 10 to 60 mm, y to the right from 40 down to 10 mm; turned by 45°, both have a share."""
+    u, v = np.meshgrid(np.linspace(0, 1, 5), np.linspace(0, 1, 7), indexing="ij")
+    flat_mm, uv = np.stack([10 + 50 * u, 40 - 30 * v, 0.3 * u * v], axis=2), np.stack([u, v], axis=2)
+    assert DeviationMap("m", "m", flat_mm, uv, 0 * u).axis_words == ("x 10.0 → 60.0 mm", "y 40.0 → 10.0 mm")
+    turned = np.stack([flat_mm[..., 0] - flat_mm[..., 1], flat_mm[..., 0] + flat_mm[..., 1], 0 * u], axis=2) * 0.5**0.5
+    drawn = flat(DeviationMap("m", "m", turned, uv, 0 * u), 1.0)
+    assert "along (x 0.71, y 0.71, z 0.00) → 50.0 mm" in drawn
+    assert "along (x 0.71, y -0.71, z 0.00) → 30.0 mm" in drawn.replace("−", "-")

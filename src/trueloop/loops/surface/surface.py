@@ -61,8 +61,10 @@ def worst_touch(points: MeasuredPoints, deviations: SurfaceDeviations, apart: Se
     found = outlying_point(apart)
     there = np.flatnonzero(deviations.measured)
     if len(there) != len(apart.random_mm):
-        u, v = apart.places.u[found.index], apart.places.v[found.index]
-        return WorstTouch(f"the cell at u {u:.3f}, v {v:.3f} of {points.name!r}", found, Place(points.file))
+        x, y, z = apart.places.points_mm[found.index]
+        return WorstTouch(
+            f"the cell at x {x:.3f}, y {y:.3f}, z {z:.3f} mm of {points.name!r}", found, Place(points.file)
+        )
     index = int(there[found.index])
     at = ""
     if points.shape is not None:
@@ -141,7 +143,13 @@ class SurfaceModel:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Returns the findings in the parts and between them."""
-        return tuple(replace(finding, message=f"{self.of_face}{finding.message}") for finding in self._findings)
+        if self.face is None:
+            return self._findings
+        named = f"face {self.face}:"
+        return tuple(
+            one if named in one.message else replace(one, message=f"{self.of_face}{one.message}")
+            for one in self._findings
+        )
 
     @property
     def _findings(self) -> tuple[Finding, ...]:

@@ -27,6 +27,9 @@ SCALE: Final[list[tuple[float, str]]] = [
 """Explicit: libraries disagree on which end of a named scale is red."""
 WIDTH: Final = 480
 CELLS: Final = 60
+XYZ: Final = "xyz"
+ALONG: Final = 0.9
+"""Cosine from which a side of a map is along a coordinate of the part."""
 LEFT: Final = 26
 TOP: Final = 8
 BOX: Final = 336
@@ -59,10 +62,32 @@ class DeviationMap:
     @property
     def sides_mm(self) -> tuple[float, float]:
         """Returns about how long the surface is along u and along v, mm."""
-        points, uv = self.points_mm.reshape(-1, 3), self.uv.reshape(-1, 2)
-        slopes = np.linalg.lstsq(uv - uv.mean(axis=0), points - points.mean(axis=0), rcond=None)[0]
-        along, across = (float(np.linalg.norm(slope)) for slope in slopes)
+        along, across = (float(np.linalg.norm(slope)) for slope in self._slopes)
         return along, across
+
+    @property
+    def axis_words(self) -> tuple[str, str]:
+        """Returns what runs along u and v: a coordinate of the part, from where to where, else a share of each."""
+        points, uv = self.points_mm.reshape(-1, 3), self.uv.reshape(-1, 2)
+        words = []
+        for axis, slope in enumerate(self._slopes):
+            length = float(np.linalg.norm(slope))
+            k = int(np.argmax(np.abs(slope)))
+            if abs(slope[k]) >= ALONG * length > 0:
+                at = float(points[:, k].mean()) - slope[k] * float(uv[:, axis].mean())
+                words.append(f"{XYZ[k]} {plain(at)} → {plain(at + slope[k])} mm")
+            else:
+                shares = ", ".join(
+                    f"{name} {plain(share, 2)}" for name, share in zip(XYZ, slope / (length or 1.0), strict=True)
+                )
+                words.append(f"along ({shares}) → {plain(length)} mm")
+        return words[0], words[1]
+
+    @property
+    def _slopes(self) -> Array:
+        """How far points are apart along u and along v, a row each, mm a unit."""
+        points, uv = self.points_mm.reshape(-1, 3), self.uv.reshape(-1, 2)
+        return np.asarray(np.linalg.lstsq(uv - uv.mean(axis=0), points - points.mean(axis=0), rcond=None)[0])
 
 
 def colour_range_um(maps: list[DeviationMap]) -> float:
@@ -73,18 +98,22 @@ def colour_range_um(maps: list[DeviationMap]) -> float:
 
 
 def flat(deviations: DeviationMap, range_um: float) -> str:
-    """Draws one map flat (SVG): u upwards, v to the right, sides in proportion, with its colour bar."""
+    """Draws one map flat (SVG): u upwards, v to the right, sides in proportion, with its colour bar.
+
+    Its sides are named by the coordinates of the part that run along them.
+    """
     u_mm, v_mm = deviations.sides_mm
     across, up = (BOX * side / max(u_mm, v_mm) for side in (v_mm, u_mm))
     draw = _dots if deviations.error_mm.ndim == 1 else _cells
     box = f'x="{LEFT}" y="{TOP}" width="{across:.1f}" height="{up:.1f}"'
     frame = f'<rect class="frame" {box} fill="none" stroke="{FAINT}"/>'
     middle, below = TOP + up / 2, TOP + up + 16
+    of_u, of_v = deviations.axis_words
     axes = (
         f'<text x="{LEFT + across / 2:.1f}" y="{below:.1f}" text-anchor="middle" fill="{SOFT}">'
-        f"v → {plain(v_mm)} mm</text>"
+        f"{of_v}</text>"
         f'<text transform="translate({LEFT - 8} {middle:.1f}) rotate(-90)" text-anchor="middle" fill="{SOFT}">'
-        f"u → {plain(u_mm)} mm</text>"
+        f"{of_u}</text>"
     )
     return (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{deviations.title}" font-family="sans-serif" '
