@@ -228,6 +228,25 @@ def test_pieces_of_a_file_are_never_averaged(serial: str, error_mm: float | None
     assert caught.value.code is Code.MSR_SERIAL and "--run 2 -o one.csv" in caught.value.hint
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "code"), [("A1", "A2", Code.MSR_SERIAL), ("A1", "A1", Code.MSR_VALUE), ("", "A2", None)]
+)
+def test_files_of_two_parts_or_of_one_content_are_not_read_as_one_part(
+    first: str, second: str, code: Code | None, tmp_path: Path
+) -> None:
+    row = f"{HEADER}seat-44,-105,44.031\n"
+    job = shaft_with(tmp_path, f"# serial: {first}\n{row}")
+    other = row if first == second else row.replace("-105", "-85")
+    (tmp_path / "other.csv").write_text(f"# serial: {second}\n{other}")
+    job.write_text(job.read_text().replace('readings = "readings.csv"', 'readings = ["readings.csv", "other.csv"]'))
+    if code is None:
+        assert len(read_job(job).inputs.touches.point) == 2
+        return
+    with pytest.raises(TrueloopError) as caught:
+        read_job(job)
+    assert caught.value.code is code and (caught.value.place.file or "").endswith("other.csv")
+
+
 def test_nominal_and_actual_values_that_are_exchanged_are_refused_and_the_named_columns_corrected(
     tmp_path: Path,
 ) -> None:

@@ -19,7 +19,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts, Unit
 from trueloop.formats.inspections.shared.checks import by_reading, filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.shared.quantities import AXES, characteristics_of, quantity_of, require_order
-from trueloop.formats.inspections.shared.text import beginning, moment, number_in, order_of, read_decoded
+from trueloop.formats.inspections.shared.text import beginning, is_empty, moment, number_in, order_of, read_decoded
 from trueloop.formats.inspections.tables.headings import LENGTH_MM, unit_named
 from trueloop.units import MM_PER_INCH
 
@@ -56,15 +56,16 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     MSR-EXCHANGED, and MSR-MEANING for the header or the features alone.
     """
     text, encoding = read_decoded(path)
-    rows = list(_rows(text, USED))
-    if not rows or not set(NEEDED) <= rows[0][1].keys():
+    listed = list(_rows(text, USED))
+    rows = [(line, row) for line, row in listed if not is_empty(row.get("actual", ""))]
+    if not listed or not set(NEEDED) <= listed[0][1].keys():
         beside = KIND.sub(r"\1chr", path.name)
         raise Code.MSR_MEANING.refusal(
-            f"{path.name!r} holds no characteristics: {len(rows)} rows without id, actual and nominal",
+            f"{path.name!r} holds no characteristics: {len(listed)} rows without id, actual and nominal",
             hint=f"name the table of characteristics, {beside!r}",
             place=Place(str(path), 1),
         )
-    named = {factor for _, row in rows if (factor := LENGTH_MM.get(unit_named(row.get("unit", ""))))}
+    named = {factor for _, row in listed if (factor := LENGTH_MM.get(unit_named(row.get("unit", ""))))}
     unit = UNITS.get(next(iter(named))) if len(named) == 1 else None
     overruled = unit is not None and stated.unit not in (None, unit)
     unit = unit or stated.unit
@@ -79,10 +80,12 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     if overruled:
         remarks.append(Remark(f"its column 'unit' has {unit}: that is read"))
     at, said = _time(header, path)
-    readings = [_reading(row, line, path, factor, at) for line, row in rows if row["actual"]]
+    if empty := [(line, row["id"]) for line, row in listed if is_empty(row["actual"])]:
+        said.append(Remark(f"{len(empty)} of {len(listed)} values are not measured: {empty[0][1]!r}", empty[0][0]))
+    readings = [_reading(row, line, path, factor, at) for line, row in rows]
     deviations = [
         (reading, number_in(row["deviation"], path, line) * _factor(reading.quantity, factor), _rounding(row) * factor)
-        for reading, (line, row) in zip(readings, [case for case in rows if case[1]["actual"]], strict=True)
+        for reading, (line, row) in zip(readings, rows, strict=True)
         if row.get("deviation")
     ]
     inspections = tuple(_inspections(path, rows, readings, header, at))
@@ -157,7 +160,7 @@ def _inspections(
 ) -> Iterator[Inspection]:
     """One for each plan and number of a part, in the file's order."""
     parts: dict[tuple[str, str], list[Reading]] = {}
-    for reading, row in zip(readings, [row for _, row in rows if row["actual"]], strict=True):
+    for reading, row in zip(readings, [row for _, row in rows], strict=True):
         parts.setdefault((row.get("planid", ""), row.get("partnb", "")), []).append(reading)
     sha256 = sha256_of(path.read_bytes())
     for (plan, number), values in parts.items():

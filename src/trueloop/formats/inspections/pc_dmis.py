@@ -234,7 +234,7 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
             place=Place(str(path), 1)
         )  # fmt: skip
     sha256 = sha256_of(path.read_bytes())
-    remarks = [*said, *_remarks(runs)]
+    remarks = [*said, *_remarks(runs), *_not_measured(rows)]
     inspections = []
     times, unknown = _times(runs, path)
     for run, some, at in zip(runs, values, times, strict=True):
@@ -264,8 +264,12 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
 def _rows_of(run: Run) -> Iterator[tuple[Block, Line]]:
     for block in run.blocks:
         for row in block.rows:
-            if row.cells["axis"].upper() not in NOT_READ and {"actual", "deviation"} & row.cells.keys():
+            if row.cells["axis"].upper() not in NOT_READ and _is_measured(row):
                 yield block, row
+
+
+def _is_measured(row: Line) -> bool:
+    return not {"actual", "deviation"}.isdisjoint(row.cells)
 
 
 def _number(row: Line, name: str, path: Path) -> float | None:
@@ -384,6 +388,16 @@ def _remarks(runs: Sequence[Run]) -> Iterator[Remark]:
     lines = [line for run in runs for line in run.not_understood]
     if lines:
         yield Remark(f"{len(lines)} lines under headings are not understood", lines[0])
+
+
+def _not_measured(rows: Sequence[tuple[Block, Line]]) -> Iterator[Remark]:
+    empty = [(block, row) for block, row in rows if "nominal" in row.cells and not _is_measured(row)]
+    if empty:
+        (block, row), asked = empty[0], sum("nominal" in row.cells for _, row in rows)
+        text = (
+            f"{len(empty)} of {asked} values are not measured: {block.name} {row.cells['axis']} has no MEAS and no DEV"
+        )
+        yield Remark(text, row.line)
 
 
 FORMAT: Final = Format("PC-DMIS", recognises, read)

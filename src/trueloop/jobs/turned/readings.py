@@ -106,9 +106,11 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     names = feature_names(mapping)
     require_features(mapping, names, profile)
     files = [sources.file(name) for name in job.gauging.readings_files]
+    of_files: dict[str, Path] = {}
     for file in files:
         measured = _measured(file, StatedFacts(job.gauging.readings_unit, mapping, "gauging.readings_unit"))
         chosen = [measured.for_part(inspection) for inspection in _of_part(measured, job)]
+        _require_another_file(file, [*inspections, *chosen], of_files)
         with in_file(file):
             found, points, unmatched = _matched(profile, chosen, names, strict=measured.format == GAUGE_CSV.name)
             repeated(profile, corrected(found), gauging)
@@ -200,6 +202,25 @@ def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
     chosen = [one for one in measured.inspections if not (wanted and serials) or one.part.serial == wanted]
     _require_one_part(measured, chosen)
     return [_stated(inspection, job) for inspection in chosen]
+
+
+def _require_another_file(file: Path, inspections: Sequence[Inspection], earlier: dict[str, Path]) -> None:
+    """Raises MSR-SERIAL where files are of several parts, MSR-VALUE where one has the content of an earlier one."""
+    serials = sorted({inspection.part.serial for inspection in inspections} - {""})
+    if len(serials) > 1:
+        raise Code.MSR_SERIAL.refusal(
+            f"{file.name!r} is not of one part with the files before it: their serial numbers are {serials}",
+            hint="name the files of the one part that is to be corrected",
+            place=Place(str(file)),
+            values={"serials": serials},
+        )
+    if (other := earlier.setdefault(sha256_of(file.read_bytes()), file)) is not file:
+        raise Code.MSR_VALUE.refusal(
+            f"{file.name!r} holds what {other.name!r} holds: each value would count twice",
+            hint="name the file once in `gauging.readings`",
+            place=Place(str(file)),
+            values={"file": file.name},
+        )
 
 
 def _require_one_part(measured: MeasuredFile, inspections: Sequence[Inspection]) -> None:

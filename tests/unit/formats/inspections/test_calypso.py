@@ -55,6 +55,15 @@ def test_inches_scale_lengths_and_no_angles(tmp_path: Path) -> None:
     assert angle.actual == 45.1
 
 
+@pytest.mark.parametrize("cell", ["", "***", "---"])
+def test_a_row_without_an_actual_value_is_reported(cell: str, tmp_path: Path) -> None:
+    path = _write(tmp_path)
+    path.write_text(path.read_text().replace("25.0132\t25", f"{cell}\t25"))
+    file = read_measured_file(path, StatedFacts("mm"))
+    assert [one.characteristic for one in file.inspections[0].readings] == ["Round", "W", "X1"]
+    assert [(remark.text, remark.line) for remark in file.remarks] == [("1 of 4 values are not measured: 'D1'", 2)]
+
+
 def test_the_header_beside_it_says_order_operator_device_and_time(tmp_path: Path) -> None:
     names = "planid\tpartnb\torder\tdate\ttime\tdateiso\toperid\tdmeid\tdmesn\tpartsn"
     row = "Shaft\t7\tA-99\t4/3/2026\t10:22\t2026-03-04T10:22:00\tmeier\tPRISMO\t123\tSN-0007"

@@ -142,6 +142,27 @@ def test_dates_that_may_be_two_leave_the_runs_without_a_time(tmp_path: Path) -> 
     assert "no time" in file.remarks[0].text
 
 
+@pytest.mark.parametrize(
+    ("date", "month", "day", "hour"),
+    [
+        ("Mar 14, 2026  TIME=10:22", 3, 14, 10),
+        ("14. März 2026  TIME=10:22", 3, 14, 10),
+        ("4-DEC-2026  TIME=2:22 PM", 12, 4, 14),
+    ],
+)
+def test_a_date_that_names_its_month_can_be_read_in_one_way(
+    date: str, month: int, day: int, hour: int, tmp_path: Path
+) -> None:
+    file = _read(tmp_path, f"PART NAME  : BLOCK\nDATE={date}\n\n{LOCATION}")
+    assert file.inspections[0].measured_at == datetime(2026, month, day, hour, 22).astimezone()
+
+
+def test_a_row_without_a_measured_value_is_reported(tmp_path: Path) -> None:
+    file = _read(tmp_path, LOCATION.replace("25.060      0.060      0.010", "*****      *****      *****"))
+    assert list(_readings(file)) == ["LOC1.X"]
+    assert file.remarks[0].text.startswith("1 of 2 values are not measured: LOC1 D has no MEAS")
+
+
 def test_a_row_that_is_only_a_graph_is_no_value(tmp_path: Path) -> None:
     file = _read(tmp_path, LOCATION.replace("END OF", "----#----\nEND OF"))
     assert file.inspections[0].count == 2

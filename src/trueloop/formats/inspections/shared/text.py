@@ -152,6 +152,16 @@ YEAR_FIRST: Final = re.compile(
 )
 PIVOT: Final = 70
 """A year of two digits below it is 20xx."""
+MONTHS: Final = (
+    *(("jan",), ("feb",), ("mar", "mär", "mae"), ("apr",), ("may", "mai"), ("jun",), ("jul",), ("aug",), ("sep",)),
+    *(("oct", "okt"), ("nov",), ("dec", "dez")),
+)
+"""First letters of the months' names, English and German."""
+_TIME: Final = r"(?:,?\s+(?P<hour>\d{1,2}):(?P<min>\d{2})(?::(?P<s>\d{2}))?\s*(?P<half>[AaPp]\.?[Mm]?\.?)?)?"
+MONTH_FIRST: Final = re.compile(rf"(?P<month>[A-Za-zäÄ]{{3,9}})\.?\s+(?P<day>\d{{1,2}}),?\s+(?P<year>\d{{4}}){_TIME}")
+DAY_FIRST: Final = re.compile(
+    rf"(?P<day>\d{{1,2}})\.?[\s-]+(?P<month>[A-Za-zäÄ]{{3,9}})\.?[\s-]+(?P<year>\d{{4}}){_TIME}"
+)
 DATES_HINT: Final = 'say it in the mapping: dates = "day first" or "month first" (trueloop measure map FILE writes one)'
 
 
@@ -183,7 +193,7 @@ def moment(text: str, order: Order | None, place: Place) -> datetime | None:
     if not text:
         return None
     try:
-        return (iso_time(text) or _year_first(text) or _local(text, order)).astimezone()
+        return (iso_time(text) or _year_first(text) or _named_month(text) or _local(text, order)).astimezone()
     except (ValueError, OverflowError, OSError) as error:
         raise _refusal(text, "date and time are not in a known form", place) from error
 
@@ -204,6 +214,24 @@ def _year_first(text: str) -> datetime | None:
     return datetime(year, month, day, hour, minute, second)
 
 
+def _named_month(text: str) -> datetime | None:
+    """`Mar 14, 2026 10:22:00`, `14. März 2026 10:22`, `14-MAR-2026`."""
+    found = MONTH_FIRST.fullmatch(text) or DAY_FIRST.fullmatch(text)
+    month = found and next((k for k, names in enumerate(MONTHS, 1) if found["month"][:3].casefold() in names), None)
+    if not found or not month:
+        return None
+    return datetime(
+        int(found["year"]), month, int(found["day"]), *_clock(found["hour"], *found.group("min", "s", "half"))
+    )
+
+
+def _clock(hour: str | None, minute: str | None, second: str | None, half: str | None) -> tuple[int, int, int]:
+    of_day = int(hour or 0)
+    if letter := (half or "").lower()[:1]:
+        of_day = of_day % 12 + (12 if letter == "p" else 0)
+    return of_day, int(minute or 0), int(second or 0)
+
+
 def _local(text: str, order: Order | None) -> datetime:
     found = LOCAL.fullmatch(text)
     if found is None or order is None:
@@ -213,10 +241,7 @@ def _local(text: str, order: Order | None) -> datetime:
         day, month = month, day
     year = int(found[4])
     year += 0 if year > 99 else 2000 if year < PIVOT else 1900
-    hour, half = int(found[5] or 0), (found[8] or "").lower()[:1]
-    if half:
-        hour = hour % 12 + (12 if half == "p" else 0)
-    return datetime(year, month, day, hour, int(found[6] or 0), int(found[7] or 0))
+    return datetime(year, month, day, *_clock(found[5], found[6], found[7], found[8]))
 
 
 def _refusal(text: str, why: str, place: Place) -> TrueloopError:
