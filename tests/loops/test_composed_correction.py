@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from tests.support import erring_lathe
-from tests.support.cli import run
+from tests.support.cli import output_of, run
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.machined_path import interpreted_points
 from tests.support.probing import example
@@ -293,6 +293,32 @@ def test_a_diagnosis_is_of_the_process_whatever_the_machine_did(tmp_path: Path, 
         assert points.error_mm == pytest.approx(truth_mm[part.serial], abs=0.5 * UM)
         (carried,), taken = part.carried_mm.values(), list(part.taken_off_mm.values())
         assert points.error_mm - carried + sum(taken) == pytest.approx(process_mm(TOUCHES.normal), abs=0.5 * UM)
+
+
+def test_what_the_probe_reports_of_a_finished_part_is_no_error_of_it(tmp_path: Path) -> None:
+    """The finished part is right, and the probe, at temperatures that nobody states, reports it 9 µm off. Nothing is
+    learned of it and no alarm raised; a measuring machine's ±0.5 µm are what was expected.
+    """
+    job = write_job(tmp_path, "G7", "machine", "uncompensated")
+    edge = 'name = "T1"\ninsert = "VNMG"\ncorner = "1"\n[programs]\nsemifinish_allowance_mm = 0.2'
+    job.write_text(job.read_text().replace("[programs]", edge))
+    run("compensate", job, "--serial", "A", "-o", tmp_path / "out")
+    probed_mm = machine_mm(TOUCHES.at + BALL_MM * TOUCHES.normal, TOUCHES.normal, CUTTING_C, PROBE)
+    for name, said_mm in (("probe", -probed_mm), ("cmm", 0.5 * UM * (-1.0) ** np.arange(len(probed_mm)))):
+        rows = zip(TOUCHES.feature, TOUCHES.at, said_mm / UM, strict=True)
+        text = [f"{k},{feature},{x},{z},{um}" for k, (feature, (x, z), um) in enumerate(rows)]
+        head = "point,feature,nominal_x_mm,nominal_z_mm,error_um"
+        (tmp_path / f"{name}.csv").write_text("\n".join([head, *text, ""]))
+    keep = ("--job", job, "--serial", "A", "--after")
+    said = output_of("measure", "read", tmp_path / "probe.csv", *keep, "finish")
+    assert "the machine's own probe inspected part 'A'" in said
+    assert "obtained" not in said and "MEM-ALARM" not in said
+    db = ("--db", tmp_path / "trueloop.db")
+    assert "has no inspection after its finish cut that tells its errors" in run("diagnose", "part", "A", *db, status=3)
+    (tmp_path / "trueloop.db").unlink()
+    run("compensate", job, "--serial", "A", "-o", tmp_path / "out")
+    said = output_of("measure", "read", tmp_path / "cmm.csv", *keep, "released")
+    assert "obtained 0.5 µm RMS; 23 of 23 inside ±U" in said and "own probe" not in said
 
 
 def test_rapids_stay_where_they_were(tmp_path: Path) -> None:

@@ -119,7 +119,7 @@ def _only(choices: Sequence[T]) -> T:
 
 
 def _not_inspected(serial: str, *, quarantined: bool) -> TrueloopError:
-    why = "is in quarantine" if quarantined else "was not inspected after its finish cut"
+    why = "is in quarantine" if quarantined else "has no inspection after its finish cut that tells its errors"
     return Code.DIA_NONE.refusal(
         f"part {serial!r} {why}: there is nothing to diagnose", hint="`trueloop db show` says what is kept of it"
     )

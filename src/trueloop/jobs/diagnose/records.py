@@ -19,6 +19,7 @@ from trueloop.domain.record import Correction
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import StatedFacts
+from trueloop.jobs.store.history import by_own_probe
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
 from trueloop.loops.monitor.certificate import on_the_machine
 from trueloop.storage.store import Kept, Store, find
@@ -69,11 +70,21 @@ class Records:
             return SeenBy.MACHINE
         if any(inspection.identity == both.on_cmm for both in self.both):
             return SeenBy.CMM
+        if self._reported(inspection):
+            return None
         link = self.links.get(inspection.identity)
         if link is not None:
             by_gauge = inspection.measured == "readings" and not on_the_machine(inspection)
             return None if link.cut in self.early else SeenBy.CMM if link.released or by_gauge else SeenBy.MACHINE
         return SeenBy.MACHINE if inspection.measured == "touches" else SeenBy.CMM
+
+    def _reported(self, inspection: Inspection) -> bool:
+        """Returns whether the machine's own probe reported a finished part with an error that nothing tells."""
+        cut, made = self.cuts.get(inspection.part.identity), self.corrections
+        before = None if cut is None else made.get(cut.correction)
+        if before is None or not by_own_probe(before, inspection):
+            return False
+        return not any(inspection in correction.record.inspections for correction in made.values())
 
     def of_part(self, part: Part) -> Mapping[SeenBy, Inspection]:
         """Returns a finished part's latest inspection by kind of device, earlier ones for features it left out."""

@@ -36,7 +36,7 @@ from trueloop.jobs.tools import apart
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.inputs import edge_of_job, machine_of_job
 from trueloop.jobs.turned.job_files import JobFiles
-from trueloop.jobs.turned.readings import part_type
+from trueloop.jobs.turned.readings import DEVICES, part_type
 from trueloop.jobs.turned.shares import inspection_of_edge, shares_of
 from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.tool_path import PER_REVOLUTION
@@ -170,9 +170,12 @@ def _of_part(inspection: Inspection, job: Job, shown: StatedCut, names: Mapping[
     """The inspection as of the job's part, with the profile's names of features. Raises STO-PART."""
     part = Part(part_type(job), inspection.part.serial or job.part.serial)
     require_serial(part, file)
+    by_probe = job.machine is not None and job.machine.touched_on == "machine" and inspection.measured == "touches"
+    of_job = (job.gauging.device or DEVICES["machine"]) if by_probe and shown.after != "released" else ""
     return replace(
         _from_reference(inspection, job),
         part=part,
+        device=inspection.device or of_job,
         values=tuple(_renamed(value, names) for value in inspection.values) if names else inspection.values,
         measured_at=inspection.measured_at or shown.measured_at,
     )
@@ -228,7 +231,10 @@ def _finish_cut(context: _KeepingContext, inspection: Inspection) -> Cut:
     findings += doubts
     if cut.setting is None:
         findings.append(no_edge(inspection.part))
-    _take_finished(context, LivedPart(cut, correction, inspection, bool(doubts)), inspection)
+    lived = LivedPart(cut, correction, inspection, bool(doubts))
+    if lived.by_own_probe:
+        findings.append(_own_probe(inspection))
+    _take_finished(context, lived, inspection)
     return cut
 
 
@@ -277,6 +283,17 @@ def require_stage(store: Store, one: Inspection, cut: Cut) -> None:
             hint="name the file of this stage",
             values={"serial": one.part.serial},
         )
+
+
+def _own_probe(one: Inspection) -> Finding:
+    return Finding(
+        Severity.WARNING,
+        Code.STO_PATTERN,
+        f"the machine's own probe inspected part {one.part.serial!r}: {one.count} touches carry the machine's error "
+        "at temperatures that are not stated; they are kept, and teach nothing of an edge",
+        hint="inspect finished parts by a gauge or a measuring machine; `trueloop machine decompose` keeps both",
+        values={"serial": one.part.serial, "points": float(one.count)},
+    )
 
 
 def _no_points(one: Inspection) -> Finding:

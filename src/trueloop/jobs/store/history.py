@@ -175,9 +175,17 @@ class LivedPart:
 
     @property
     def by_own_probe(self) -> bool:
-        """Returns whether the instrument that touched the part inspected it too: it misses what repeats [6876 §3.5]."""
-        before = {inspection.device for inspection in self.correction.record.inspections if inspection.device}
-        return self.finish is not None and self.finish.device in before
+        """Returns whether the machine's own probe inspected the part, as `by_own_probe` has it."""
+        return self.finish is not None and by_own_probe(self.correction, self.finish)
+
+
+def by_own_probe(correction: Correction[Any], finish: Inspection) -> bool:
+    """Returns whether the machine's probe, whose error a model told before the cut, inspected the finished part too: it
+    misses what repeats [6876 §3.5], and its error is not known any more.
+    """
+    machine: Any = correction.record.options.get("machine") or {}
+    before = {one.device for one in correction.record.inspections if one.device and one.touches}
+    return machine.get("touched_on") == "machine" and finish.device in before
 
 
 def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
@@ -280,7 +288,7 @@ def errors_of(profile: Profile, inspection: Inspection) -> ErrorVectors | None:
 
 def made_of(lived: LivedPart, order: int) -> MadePart:
     """Returns a part of a history: without S where its correction was not made from its touches before the cut."""
-    part = made_part(lived.correction.payload, replace(lived.cut, order=order), _finish_errors(lived))
+    part = made_part(lived.correction.payload, replace(lived.cut, order=order), finish_errors(lived))
     identities = [] if lived.finish is None else [lived.finish.identity]
     own = [
         inspection
@@ -292,10 +300,11 @@ def made_of(lived: LivedPart, order: int) -> MadePart:
     return replace(part, semifinish=CutErrors.none())
 
 
-def _finish_errors(lived: LivedPart) -> ErrorVectors | None:
-    if lived.of_machine and lived.by_own_probe:
+def finish_errors(lived: LivedPart) -> ErrorVectors | None:
+    """Returns the part errors that a finish cut left; None where its inspection tells none."""
+    if lived.finish is None or lived.by_own_probe:
         return None
-    return None if lived.finish is None else errors_of(lived.correction.payload.profile, lived.finish)
+    return errors_of(lived.correction.payload.profile, lived.finish)
 
 
 def whole_of_cut(store: Store, cut: Cut) -> LivedPart | None:

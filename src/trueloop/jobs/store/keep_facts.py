@@ -25,7 +25,7 @@ from scipy.special import ndtr
 
 from trueloop.domain.life import Stage
 from trueloop.errors import Severity
-from trueloop.jobs.store.history import LivedPart, errors_of, quarantine_of
+from trueloop.jobs.store.history import LivedPart, finish_errors, quarantine_of
 from trueloop.jobs.store.of_this_part import link_of
 from trueloop.jobs.store.tool_history import history_of_tool
 from trueloop.jobs.user import user_name
@@ -184,7 +184,7 @@ def judged_parts(store: Store, parts: Sequence[LivedPart], accept: Collection[st
 
 def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> PartChanges:
     """Returns what the finish inspection shows beyond earlier parts; nothing where no edge is stated."""
-    if lived.cut.setting is None or lived.finish is None:
+    if lived.cut.setting is None or finish_errors(lived) is None:
         return PartChanges()
     edge, part = lived.cut.setting.edge, lived.cut.part
     others = [lived_part for lived_part in earlier if lived_part.cut.identity != lived.cut.identity]
@@ -217,8 +217,7 @@ def _word(store: Store, lived: LivedPart, changes: PartChanges, accepted: bool) 
 
 
 def _compared(lived: LivedPart) -> Iterator[Obtained]:
-    profile = lived.correction.payload.profile
-    found = None if lived.finish is None else errors_of(profile, lived.finish)
+    found = finish_errors(lived)
     compared = None if found is None else obtained(lived.correction.payload, lived.cut, found)
     if compared is not None:
         yield compared
