@@ -65,6 +65,19 @@ def test_a_program_that_was_changed_at_the_control_is_warned_of_and_kept(kept: J
     assert "warning STO-PROGRAM" in said.stderr and "1 inspection, 1 cut, 1 program" in said.stdout
 
 
+def test_the_next_piece_of_a_file_is_not_kept_as_the_part_of_the_job(tmp_path: Path) -> None:
+    """Piece A1 and one without a serial number; `--run 1`, as the hint has it, keeps that of A1 alone."""
+    lines = ["K0100 1", "K1002 SHAFT", "K2001/1 1", "K2002/1 Durchmesser 44", "K2101/1 44", "K2142/1 mm"]
+    values = ["44.031\x140\x1419.04.2026/19:08:00", "K0014/0 A1", "44.051\x140\x1419.04.2026/19:11:00"]
+    (tmp_path / "two.dfq").write_text("\n".join([*lines, *values]) + "\n")
+    job = shaft_with(tmp_path, "feature,z_mm,diameter_mm\nseat-44,-85,44.02\n", 'serial = "A1"\n', "part")
+    invoke("compensate", job, status=0)
+    keep = "measure", "read", tmp_path / "two.dfq", "--after", "finish", "--job", job
+    refused = invoke(*keep, status=3).stderr
+    assert "MSR-SERIAL" in refused and "1 inspections of an unknown part" in refused and "--run N" in refused
+    assert "1 inspection" in invoke(*keep, "--run", 1, status=0).stdout
+
+
 def test_a_measuring_machine_off_the_machine_counts_after_the_inspection_on_it(kept: JobInStore) -> None:
     kept.finish(FINISH + 5.0 * (FINISH != 0.0), after="released")
     (released,) = history_of(kept.store, EDGE)

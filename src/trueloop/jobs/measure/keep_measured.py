@@ -18,6 +18,7 @@ from trueloop.errors import Code, Finding, Severity
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.toml_tables import options_from
+from trueloop.jobs.measure.measured import serial_error
 from trueloop.jobs.store.finish_cut import CutStatement, correction_of, finish_cut, is_changed, said_of_each
 from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, order_in_doubt, touched_at
 from trueloop.jobs.store.keep_facts import KeptFacts, judged_parts, keep_facts, texts_of
@@ -78,9 +79,13 @@ def keep_measured(
 ) -> KeptFacts | None:
     """Keeps the inspections of files, and which cut they show; None: no store knows the correction.
 
-    `names`: the profile's names of features, by those in the files. Raises STO-PART, STO-OTHER-PART, STO-LINK,
-    STO-STAGE, STO-CLOCK, STO-UNIT, STO-PROGRAM, and what keeping refuses.
+    `names`: the profile's names of features, by those in the files. Raises MSR-SERIAL, STO-PART, STO-OTHER-PART,
+    STO-LINK, STO-STAGE, STO-CLOCK, STO-UNIT, STO-PROGRAM, and what keeping refuses.
     """
+    for file in files:
+        serials = [on_part.inspection.part.serial for on_part in file.on_part]
+        if len(serials) > 1 and "" in serials:
+            raise serial_error(file.file, f"holds {serials.count('')} inspections of an unknown part")
     inspections = [(file.file.path.name, on_part.inspection) for file in files for on_part in file.on_part]
     beside: Beside = "made" if shown.after == "semifinish" else "used"
     return _keep(inspections, JobFiles.of(job), shown, keeping, beside, names or {})

@@ -100,11 +100,12 @@ def _chosen(file: MeasuredFile, chosen: Chosen) -> tuple[tuple[int, Inspection],
     if not found and (chosen.serial, chosen.run) != (None, None):
         asked = "" if chosen.serial is None else f" of serial number {chosen.serial!r}"
         run = "" if chosen.run is None else f" run {chosen.run}"
-        raise _serial_error(file, f"has no inspection{asked}{run}")
+        raise serial_error(file, f"has no inspection{asked}{run}")
     return tuple(found)
 
 
-def _serial_error(file: MeasuredFile, why: str) -> TrueloopError:
+def serial_error(file: MeasuredFile, why: str) -> TrueloopError:
+    """Returns the refusal MSR-SERIAL of a file of which one inspection is to be chosen."""
     serials = [inspection.part.serial for inspection in file.inspections]
     listed = ", ".join(f"{k}: {serial!r}" for k, serial in list(enumerate(serials, 1))[:20])
     more = "" if len(serials) <= 20 else ", …"
@@ -125,9 +126,9 @@ def write_measured(files: Sequence[FileOnPart], part: PartOfJob, target: Path, i
     serials = {one.inspection.part.serial for file in files for one in file.on_part} - {""}
     for file in files:
         if len(file.on_part) > 1:
-            raise _serial_error(file.file, "holds several")
+            raise serial_error(file.file, "holds several")
         if len(serials) > 1:
-            raise _serial_error(file.file, f"is not of one part with the others, {len(serials)} serial numbers in all")
+            raise serial_error(file.file, f"is not of one part with the others, {len(serials)} serial numbers in all")
         for found in (finding for on_part in file.on_part for finding in on_part.findings):
             if found.severity is Severity.ERROR:
                 raise found.as_error()
