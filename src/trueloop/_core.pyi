@@ -73,7 +73,7 @@ class NcProgram:
         """What a code does (`Dwell`, `MEnd`); None where the word is no code that the dialect knows."""
 
     def block_at(self, offset: int) -> int: ...
-    def findings(self) -> list[tuple[str, str, str, str, int]]:
+    def findings(self) -> list[tuple[str, str, str, str, int, str]]:
         """Severity, code, message, hint, byte offset."""
 
     def parameters_used(self) -> list[tuple[str, int]]: ...
@@ -98,7 +98,10 @@ class NcProgram:
         placed: bool = ...,
         roughed_contours: bool = ...,
     ) -> tuple[
-        dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]], tuple[int, bool] | None
+        dict[str, NDArray[Any]],
+        dict[str, NDArray[Any]],
+        list[tuple[str, str, str, str, int, str]],
+        tuple[int, bool] | None,
     ]:
         """Columns of the moves, columns of the modal states, findings; the block that states the unit before any
         length, and whether it is the inch.
@@ -120,7 +123,10 @@ class NcSession:
     def run(
         self, part: NcProgram, until: int
     ) -> tuple[
-        dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]], tuple[int, bool] | None
+        dict[str, NDArray[Any]],
+        dict[str, NDArray[Any]],
+        list[tuple[str, str, str, str, int, str]],
+        tuple[int, bool] | None,
     ]:
         """Runs the blocks of the next part before `until`, as `NcProgram.run` does; what is after them is looked at."""
 

@@ -655,6 +655,17 @@ class Severity(StrEnum):
     NOTE = "note"
 
 
+class Unseen(StrEnum):
+    """Part of a program that a finding says is missing from its path: nothing that moves, the work of a macro or a
+    cycle, moves of a cycle in force or defined before, or touches and what they set.
+    """
+
+    NOTHING = ""
+    BLOCK = "block"
+    MOVES = "moves"
+    TOUCHES = "touches"
+
+
 @dataclass(frozen=True)
 class Finding:
     """Something noticed that does not stop the work: same code, place, hint and values as an error would have."""
@@ -665,6 +676,7 @@ class Finding:
     hint: str
     place: Place = Place()
     values: Values = field(default_factory=dict, hash=False)
+    unseen: Unseen = Unseen.NOTHING
 
     def as_error(self) -> TrueloopError:
         """The refusal of what it is about, where that does stop the work."""

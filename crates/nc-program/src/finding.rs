@@ -52,6 +52,31 @@ pub const LIMIT: &str = "NC-LIMIT";
 /// program would drown the ones that matter.
 pub const MOST: usize = 1000;
 
+/// What a finding says is missing from the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unseen {
+    /// Nothing that moves.
+    Nothing,
+    /// What a macro, a cycle or a block does.
+    Block,
+    /// Moves of a cycle that is in force, or was defined before.
+    Moves,
+    /// Touches, and what they set.
+    Touches,
+}
+
+impl Unseen {
+    /// Its name outside.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Nothing => "",
+            Self::Block => "block",
+            Self::Moves => "moves",
+            Self::Touches => "touches",
+        }
+    }
+}
+
 /// Something noticed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
@@ -65,6 +90,8 @@ pub struct Finding {
     pub hint: String,
     /// Byte of the source at which it is.
     pub at: usize,
+    /// What it says is missing from the path.
+    pub unseen: Unseen,
 }
 
 /// Adds a finding unless there are too many or it is there already; a warning at its place hides no error.

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 use std::f64::consts::SQRT_2;
 
 use crate::dialect::{Dialect, FlowStyle, G};
-use crate::finding::{self, Finding, Severity};
+use crate::finding::{self, Finding, Severity, Unseen};
 use crate::order::labels::{called, Labels};
 use crate::path::{Arc, ToolPath};
 use crate::reading::program::{Program, Word, WordKind};
@@ -147,7 +147,14 @@ fn lacks_point(program: &Program, word: &Word) -> bool {
 }
 
 fn warning(code: &'static str, word: &Word, message: String, hint: &str) -> Finding {
-    Finding { severity: Severity::Warning, code, message, hint: hint.to_owned(), at: word.start as usize }
+    Finding {
+        severity: Severity::Warning,
+        code,
+        message,
+        hint: hint.to_owned(),
+        at: word.start as usize,
+        unseen: Unseen::Nothing,
+    }
 }
 
 #[inline]
@@ -196,7 +203,17 @@ pub(crate) fn require_sound(program: &Program, path: &ToolPath, findings: &mut V
             let message = format!("the arc's end is {off_mm:+.5} mm ({:+.6} in) off its circle", off_mm / 25.4);
             let hint = "check the end point and I, J, K or R: one of them was changed without the others".to_owned();
             let at = path.at(arc.of_move, program);
-            finding::add(findings, Finding { severity: Severity::Error, code: finding::ARC_FIT, message, hint, at });
+            finding::add(
+                findings,
+                Finding {
+                    severity: Severity::Error,
+                    code: finding::ARC_FIT,
+                    message,
+                    hint,
+                    at,
+                    unseen: Unseen::Nothing,
+                },
+            );
         }
     }
 }

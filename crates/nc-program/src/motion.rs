@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::compensation::offset::minus;
 use crate::controls::MachineIncrements;
 use crate::dialect::{FlowStyle, G};
-use crate::finding;
+use crate::finding::{self, Unseen};
 use crate::modes::modal::{Compensation, FeedMode, Motion};
 use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
@@ -74,7 +74,7 @@ impl Runner<'_> {
             Motion::Through => return self.arc_through(request, end, words),
             Motion::Opaque => {
                 let word = AXES.iter().map(|letter| request.word(*letter)).find(|word| *word >= 0).unwrap_or(INHERITED);
-                return self.note_opaque(word, "the moves of the cycle in force are not in the path");
+                return self.note_unseen(word, Unseen::Moves, "the moves of the cycle in force are not in the path");
             }
             Motion::Drill | Motion::Pass | Motion::Spline(_) => return,
             Motion::None => return self.warn_no_motion(request),

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use crate::compensation::compensate::compensated;
 use crate::controls::Parameter;
 use crate::dialect::FlowStyle;
-use crate::finding::{self, Finding, Severity};
+use crate::finding::{self, Finding, Severity, Unseen};
 use crate::lint::require_sound;
 use crate::modes::modal::Modal;
 use crate::modes::request::Request;
@@ -253,7 +253,15 @@ impl<'a> Runner<'a> {
     }
 
     pub fn report(&mut self, severity: Severity, code: &'static str, at: usize, message: String, hint: &str) {
-        finding::add(&mut self.findings, Finding { severity, code, message, hint: hint.to_owned(), at });
+        let unseen = Unseen::Nothing;
+        finding::add(&mut self.findings, Finding { severity, code, message, hint: hint.to_owned(), at, unseen });
+    }
+
+    /// Reports at a word what of it is missing from the path.
+    pub(crate) fn report_unseen(&mut self, severity: Severity, unseen: Unseen, word: i32, what: &str, hint: &str) {
+        let (message, at) = (format!("{}: {what}", self.word_text(word)), self.word_start(word));
+        let hint = hint.to_owned();
+        finding::add(&mut self.findings, Finding { severity, code: finding::OPAQUE, message, hint, at, unseen });
     }
 
     /// First byte of the block being executed.

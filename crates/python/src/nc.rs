@@ -15,7 +15,14 @@ use crate::nc_path::{moves, states};
 use crate::nc_text::unwritable;
 
 /// Severity, code, message, hint, byte offset.
-pub type FindingTuple = (&'static str, &'static str, String, String, usize);
+pub type FindingTuple = (
+    &'static str,
+    &'static str,
+    String,
+    String,
+    usize,
+    &'static str,
+);
 
 /// Letter, start, end, start of the value, kind, value, block, reference.
 type WordTuple = (
@@ -342,6 +349,7 @@ fn finding_tuple(finding: Finding) -> FindingTuple {
         finding.message,
         finding.hint,
         finding.at,
+        finding.unseen.name(),
     )
 }
 

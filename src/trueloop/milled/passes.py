@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Integers
-from trueloop.errors import Code
+from trueloop.errors import Unseen
 from trueloop.geometry.feature import Point
 from trueloop.nc.program.along import said_ends
 from trueloop.nc.program.program import Program
@@ -23,7 +23,6 @@ SAME_MM: Final = 1e-3
 """Places nearer than this are the same."""
 MATCH_MM: Final = 0.05
 """A path that lies further from where a wall is cut cuts another wall, or leaves material on."""
-UNSEEN: Final = re.compile(r"(what it does|moves|what it runs after each move) (is|are) not in the path")
 PROBING: Final = re.compile(r"CYCLE97[1-9]|CYCLE99[78]")
 """Sinumerik's cycles that measure; those of Klartext and Renishaw's macros are known as touches by the path."""
 LEFT: Final = 41
@@ -241,7 +240,7 @@ def _unseen_lines(program: Program, path: ToolPath) -> Iterator[int]:
     """Yields the lines of macros and cycles that are not in the path and could cut; probing macros do not."""
     for found in path.findings:
         line = found.place.line
-        if found.code is Code.NC_OPAQUE and line is not None and UNSEEN.search(found.message):
+        if line is not None and found.unseen in (Unseen.BLOCK, Unseen.MOVES):
             block = program.block(line - 1)
             if not PROBING.search(program.source[block.start : block.end].decode("latin-1")):
                 yield line

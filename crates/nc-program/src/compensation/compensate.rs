@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 
 use crate::compensation::offset::{dot, minus, plus, Planar};
-use crate::finding::{self, Finding, Severity};
+use crate::finding::{self, Finding, Severity, Unseen};
 use crate::modes::modal::{Compensation, Modal};
 use crate::modes::tool::{Cutter, Tool};
 use crate::path::{Arc, Caller, ToolPath, INHERITED};
@@ -216,7 +216,7 @@ impl Compensator<'_> {
         let at = start + self.path.column(index, self.program) - 1;
         finding::add(
             &mut self.findings,
-            Finding { severity: Severity::Error, code, message, hint: hint.to_owned(), at },
+            Finding { severity: Severity::Error, code, message, hint: hint.to_owned(), at, unseen: Unseen::Nothing },
         );
     }
 }

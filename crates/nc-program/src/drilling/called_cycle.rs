@@ -8,7 +8,7 @@ use crate::drilling::cycle_arguments::{numbers, Argument};
 use crate::drilling::drill::Drill;
 use crate::drilling::hole::{Drilled, Said};
 use crate::drilling::milled::{has_centre, reach, POSITIONS};
-use crate::finding;
+use crate::finding::{Severity, Unseen};
 use crate::modes::modal::{FeedMode, SpindleMode};
 use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
@@ -141,7 +141,7 @@ impl Runner<'_> {
                 Ok(hole) => self.state.modal_cycle = Some(hole),
                 Err(why) => self.not_followed(word, &why),
             },
-            _ => self.warn_opaque(word, "what it runs after each move is not in the path"),
+            _ => self.warn_unseen(word, Unseen::Moves, "what it runs after each move is not in the path"),
         }
     }
 
@@ -180,7 +180,7 @@ impl Runner<'_> {
                 }
                 Err(why) => self.not_followed(word, &why),
             },
-            None => self.note_opaque(word, "the moves of the cycle defined last are not in the path"),
+            None => self.note_unseen(word, Unseen::Moves, "the moves of the cycle defined last are not in the path"),
         }
     }
 
@@ -189,7 +189,7 @@ impl Runner<'_> {
         (self.state.defined.cycle, self.state.defined.modal) = (cycle, false);
         self.state.defined.lines = [None; LINES];
         match cycle {
-            None => self.note_opaque(word, "what it does is not in the path"),
+            None => self.note_unseen(word, Unseen::Block, "what it does is not in the path"),
             Some((_, Drill::Mill | Drill::Face | Drill::Contour)) => {
                 self.note_opaque(word, "its passes are not in the path")
             }
@@ -470,13 +470,12 @@ impl Runner<'_> {
     }
 
     pub(crate) fn not_followed(&mut self, word: i32, why: &str) {
-        self.warn_opaque(word, &format!("what it does is not in the path: {why}"));
+        self.warn_unseen(word, Unseen::Block, &format!("what it does is not in the path: {why}"));
     }
 
-    pub(crate) fn warn_opaque(&mut self, word: i32, what: &str) {
-        let message = format!("{}: {what}", self.word_text(word));
+    pub(crate) fn warn_unseen(&mut self, word: i32, unseen: Unseen, what: &str) {
         let hint = "write the holes out as moves, or as a cycle that is followed";
-        self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+        self.report_unseen(Severity::Warning, unseen, word, what, hint);
     }
 }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::drilling::cycle_arguments::numbers;
+use crate::finding::Unseen;
 use crate::modes::modal::Motion;
 use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
@@ -218,7 +219,7 @@ impl Runner<'_> {
         let third = self.state.modal.plane.axes().2;
         let letter = AXES[third];
         let Some((number, drill)) = self.state.defined.cycle else {
-            return self.warn_opaque(word, "the moves of the cycle defined last are not in the path");
+            return self.warn_unseen(word, Unseen::Moves, "the moves of the cycle defined last are not in the path");
         };
         if !AXES.iter().all(|letter| request.get(*letter).is_some()) || request.reference(letter) == Some(true) {
             return self.not_followed(word, "X, Y and Z are not all given, that along the tool as a position");

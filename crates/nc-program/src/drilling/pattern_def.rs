@@ -1,6 +1,7 @@
 //! Places that PATTERN DEF of Klartext names, and CYCL CALL PAT, which runs the cycle defined last at each of them.
 
 use crate::drilling::hole_places::{around, to_and_fro, Spans, MOST};
+use crate::finding::Unseen;
 use crate::path::{MoveKind, INHERITED};
 use crate::run::Runner;
 
@@ -148,7 +149,11 @@ impl Runner<'_> {
         let places = self.state.pattern_places.clone();
         let third = self.state.modal.plane.axes().2;
         let Some((number, drill)) = self.state.defined.cycle.filter(|_| !places.is_empty()) else {
-            return self.warn_opaque(word, "the cycle defined last, or its pattern, is not in the path");
+            return self.warn_unseen(
+                word,
+                Unseen::Nothing,
+                "the cycle defined last, or its pattern, is not in the path",
+            );
         };
         let stood = self.state.position[third];
         for place in places {

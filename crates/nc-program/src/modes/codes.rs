@@ -3,7 +3,7 @@
 use crate::dialect::{FlowStyle, ToolOffset, G};
 use crate::drilling::drill::Drill;
 use crate::drilling::hole::Hole;
-use crate::finding::{self, Severity};
+use crate::finding::{self, Severity, Unseen};
 use crate::modes::modal::{Compensation, FeedMode, FeedUnit, Motion, Plane};
 use crate::modes::request::{Jump, Request};
 use crate::modes::tool::{Called, NONE_CALLED};
@@ -341,7 +341,7 @@ impl Runner<'_> {
             G::NoToolOffset => self.cancel_tool_offset(),
             G::OpaqueCycle => {
                 modal.motion = Motion::None;
-                self.note_opaque(word, "the cycle's own moves are not in the path");
+                self.note_unseen(word, Unseen::Moves, "the cycle's own moves are not in the path");
             }
             G::OpaqueMotion => {
                 self.keep_under_cycle();
@@ -359,7 +359,7 @@ impl Runner<'_> {
             }
             G::SystemData => self.forget_read(word),
             G::Probe => self.probe_cycle(word),
-            G::OpaqueBlock | G::OpaqueCut => self.note_opaque(word, "what it does is not in the path"),
+            G::OpaqueBlock | G::OpaqueCut => self.note_unseen(word, Unseen::Block, "what it does is not in the path"),
             G::Continued => self.continued(word),
             G::OpaqueMode => self.unfollowed(word),
             G::Turn | G::TurnAnew => self.turn_frame(code == G::TurnAnew, word),
@@ -384,14 +384,14 @@ impl Runner<'_> {
         let digits: String =
             text.chars().skip_while(|c| !c.is_ascii_digit()).take_while(char::is_ascii_digit).collect();
         if !matches!(digits.parse(), Ok(400_u32..=405 | 408..=431 | 480..=484)) {
-            return self.warn_opaque(word, "what it does is not in the path");
+            return self.warn_unseen(word, Unseen::Block, "what it does is not in the path");
         }
         self.touched(word, 150..200);
     }
 
     /// Touches: what a position is called after them, and parameters of those numbers, only the control knows.
     pub(crate) fn touched(&mut self, word: i32, results: std::ops::Range<u32>) {
-        self.note_opaque(word, "its touches are not in the path, what they set is the control's");
+        self.note_unseen(word, Unseen::Touches, "its touches are not in the path, what they set is the control's");
         results.for_each(|number| self.state.store.forget(&Key::Number(number)));
         self.drop_contouring("a probe cycle comes after it");
         self.state.frame.rename([true; 3]);
@@ -515,9 +515,12 @@ impl Runner<'_> {
     }
 
     pub(crate) fn note_opaque(&mut self, word: i32, what: &str) {
-        let message = format!("{}: {what}", self.word_text(word));
+        self.note_unseen(word, Unseen::Nothing, what);
+    }
+
+    pub(crate) fn note_unseen(&mut self, word: i32, unseen: Unseen, what: &str) {
         let hint = "it is kept as it is; a correction that would have to move it refuses the program";
-        self.report(Severity::Note, finding::OPAQUE, self.word_start(word), message, hint);
+        self.report_unseen(Severity::Note, unseen, word, what, hint);
     }
 
     /// Whether the block calls a tool of Klartext, by its number or name, or gives the one in use another speed or feed.

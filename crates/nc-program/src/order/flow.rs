@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::dialect::FlowStyle;
-use crate::finding::{self, Finding, Severity};
+use crate::finding::{self, Finding, Severity, Unseen};
 use crate::order::macros::MacroTable;
 use crate::order::structured;
 use crate::reading::program::{Program, Word, WordKind};
@@ -191,7 +191,10 @@ impl Matcher<'_> {
             _ => "one label for a pair: o100 while [..] … o100 endwhile",
         };
         let hint = hint.to_owned();
-        finding::add(self.findings, Finding { severity: Severity::Error, code: finding::FLOW, message, hint, at });
+        finding::add(
+            self.findings,
+            Finding { severity: Severity::Error, code: finding::FLOW, message, hint, at, unseen: Unseen::Nothing },
+        );
     }
 
     /// What a line is called in messages: its label, or its keyword.

@@ -2,7 +2,7 @@
 //! Mitsubishi's M700V manual has it (page 308).
 
 use crate::dialect::G;
-use crate::finding;
+use crate::finding::{self, Severity, Unseen};
 use crate::modes::modal::Motion;
 use crate::modes::request::Request;
 use crate::order::visit::{times, Visit};
@@ -38,7 +38,7 @@ impl Runner<'_> {
                 self.touched(word, 100..150);
                 self.state.modal.motion = Motion::Opaque;
             }
-            None => self.note_opaque(word, "what it does is not in the path"),
+            None => self.note_unseen(word, Unseen::Block, "what it does is not in the path"),
         }
     }
 
@@ -131,9 +131,8 @@ impl Runner<'_> {
     /// G66 P, L times, with arguments. What is not in this file is not followed.
     pub(crate) fn set_modal_macro(&mut self, request: &Request, word: i32) {
         let Some((start, arguments)) = self.macro_called(request) else {
-            let message = format!("{}: what it does is not in the path", self.word_text(word));
-            let hint = "put the macro into the program's own file";
-            return self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+            let (what, hint) = ("what it does is not in the path", "put the macro into the program's own file");
+            return self.report_unseen(Severity::Warning, Unseen::Block, word, what, hint);
         };
         let full = self.state.modal_macros.len() >= LEVELS;
         if full {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::finding::{self, Finding, Severity};
+use crate::finding::{self, Finding, Severity, Unseen};
 use crate::modes::gather::ALARM;
 use crate::order::labels::Direction;
 use crate::reading::names;
@@ -89,7 +89,14 @@ fn report(findings: &mut Vec<Finding>, at: usize, message: &str) {
     let hint = "one number for a pair: WHILE[..]DO1 … END1".to_owned();
     finding::add(
         findings,
-        Finding { severity: Severity::Error, code: finding::FLOW, message: message.to_owned(), hint, at },
+        Finding {
+            severity: Severity::Error,
+            code: finding::FLOW,
+            message: message.to_owned(),
+            hint,
+            at,
+            unseen: Unseen::Nothing,
+        },
     );
 }
 

@@ -1,7 +1,7 @@
 //! Calls by number: subprograms, and the contour that a finishing cycle runs.
 
 use crate::dialect::{FlowStyle, G};
-use crate::finding;
+use crate::finding::{self, Severity, Unseen};
 use crate::modes::frame::Frame;
 use crate::modes::linear::Linear;
 use crate::modes::modal::Modal;
@@ -140,12 +140,12 @@ impl Runner<'_> {
         match self.labels().named_program(name) {
             Some(start) => self.visit(start, 1),
             None => {
-                let message = format!("{}: what it does is not in the path", self.word_text(word));
                 let hint = format!(
                     "put {}.H into the program's folder, or what it does into the program",
                     name.to_uppercase()
                 );
-                self.warn(finding::OPAQUE, self.word_start(word), message, &hint);
+                let what = "what it does is not in the path";
+                self.report_unseen(Severity::Warning, Unseen::Block, word, what, &hint);
             }
         }
     }

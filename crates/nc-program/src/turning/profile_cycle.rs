@@ -1,6 +1,6 @@
 //! Turning cycles of LinuxCNC on a contour that Q names (G70, G71, G72 and their variants).
 
-use crate::finding;
+use crate::finding::{Severity, Unseen};
 use crate::modes::modal::{Compensation, Motion, Plane};
 use crate::modes::request::Request;
 use crate::path::{MoveKind, INHERITED};
@@ -89,9 +89,9 @@ impl Runner<'_> {
         let before = self.path.len();
         if let Err(why) = self.profile_moves(request, profile) {
             self.state.modal.motion = Motion::None;
-            let message = format!("{}: its moves are not in the path: {why}", self.word_text(word));
+            let what = format!("its moves are not in the path: {why}");
             let hint = "the path goes on without them; write them out to have them";
-            return self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+            return self.report_unseen(Severity::Warning, Unseen::Moves, word, &what, hint);
         }
         if profile != Profile::Finish && !self.options.roughing {
             self.path.truncate(before);

@@ -5,7 +5,7 @@
 
 use crate::dialect::{Name, G, M};
 use crate::drilling::cycle_arguments::{numbers, Argument};
-use crate::finding;
+use crate::finding::{Severity, Unseen};
 use crate::modes::modal::{Compensation, Motion};
 use crate::modes::request::Request;
 use crate::order::labels::{called, lower, program_name, Direction};
@@ -54,12 +54,11 @@ impl Runner<'_> {
         if let Err(why) = made {
             let what = format!("what it does is not in the path: {why}");
             if !self.options.roughed_contours {
-                return self.note_opaque(word, &what);
+                return self.note_unseen(word, Unseen::Block, &what);
             }
             // A field over the program would leave its contour where it is.
-            let message = format!("{}: {what}", self.word_text(word));
             let hint = "the path goes on without it; write its moves out to have them";
-            self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+            self.report_unseen(Severity::Warning, Unseen::Block, word, &what, hint);
         }
     }
 

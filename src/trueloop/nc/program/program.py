@@ -10,7 +10,7 @@ from pathlib import PurePath
 from typing import Literal, TypeAlias
 
 from trueloop._core import NcProgram, nc_writes_comma, nc_written_decimals
-from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError, Unseen
 from trueloop.nc.program.called import CutterTool, tool_rows
 from trueloop.nc.program.dialect import Dialect, dialect_named
 from trueloop.nc.program.tool_path import ToolPath
@@ -225,11 +225,11 @@ class Program:
             _raise_first(findings)
         return ToolPath(findings=findings, states=states, unit_stated=unit, **moves)
 
-    def found(self, rows: list[tuple[str, str, str, str, int]]) -> tuple[Finding, ...]:
+    def found(self, rows: list[tuple[str, str, str, str, int, str]]) -> tuple[Finding, ...]:
         """Findings as the Rust core gives them, with their places."""
         return tuple(
-            Finding(Severity(severity), Code(code), message, hint, self.place(at))
-            for severity, code, message, hint, at in rows
+            Finding(Severity(severity), Code(code), message, hint, self.place(at), unseen=Unseen(unseen))
+            for severity, code, message, hint, at, unseen in rows
         )
 
 

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Integers
-from trueloop.errors import Code, Place, Severity
+from trueloop.errors import Code, Place, Severity, Unseen
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 
@@ -93,11 +93,6 @@ def require_known_frame(path: ToolPath) -> None:
             raise found.as_error()
 
 
-_UNSEEN: Final = (
-    ": what it does is not in the path",
-    ": its touches are not in the path, what they set is the control's",
-)
-"""The notes on a macro that is not in the file, or on a cycle or way of the control's own."""
 _COMMON: Final = re.compile(r"#\s*[1-9]\d\d")
 """A variable that a macro shares with the program that calls it."""
 
@@ -111,7 +106,7 @@ def require_seen(program: Program, path: ToolPath, moves: Sequence[int], axes: s
     ordered = np.unique(np.asarray(moves, dtype=np.int64))
     for found in path.findings:
         line = found.place.line or 0
-        if found.code is not Code.NC_OPAQUE or not found.message.endswith(_UNSEEN):
+        if found.unseen not in (Unseen.BLOCK, Unseen.TOUCHES):
             continue
         later = ordered[path.line[ordered] > line]
         if not len(later) or not (path.line[ordered] < line).any():
