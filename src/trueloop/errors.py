@@ -4,6 +4,7 @@ A function that refuses its input raises `TrueloopError`, made by its code: `Cod
 prints it and takes its exit status from the code's area. A test produces every code (`tests/errors/`).
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -586,6 +587,13 @@ class Place:
         return ":".join(str(part) for part in parts)
 
 
+def _finite(value: object) -> object:
+    """JSON has no NaN and no infinity: null."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 class TrueloopError(Exception):
     """A refusal, written for the person who must mend its cause.
 
@@ -620,6 +628,11 @@ class TrueloopError(Exception):
     def __reduce__(self) -> tuple[object, ...]:
         """How it travels from one process to another: Python would forget the arguments given by name."""
         return _remade, (self.code, self.message, self.hint, self.place, self.override, self.values)
+
+    @property
+    def json_values(self) -> dict[str, object]:
+        """Returns the values with null for NaN and infinity, which JSON does not have."""
+        return {name: _finite(value) for name, value in self.values.items()}
 
     def in_file(self, file: str, line: int | None = None) -> "TrueloopError":
         """Returns the error with the file named: numerics know nothing of files, their callers do."""

@@ -60,8 +60,7 @@ class Table:
         self, profile: "Profile", notes: "Sequence[str]", source: Path, characteristics: "Sequence[Characteristic]" = ()
     ) -> None:
         """The table with the decisions as comments, and what is asked of the part, to the file or to stdout."""
-        from trueloop.formats.jobs.new_job import characteristics_toml
-        from trueloop.formats.jobs.profile_of_job import part_table_toml
+        from trueloop.formats.jobs.profile_of_job import characteristics_toml, part_table_toml
         from trueloop.formats.outputs import write_all
 
         table = part_table_toml(self.name or source.stem, profile, notes) + characteristics_toml(characteristics)

@@ -10,11 +10,10 @@ the values by the names that docs/errors.md has for the code.
 import codecs
 import functools
 import json
-import math
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from enum import IntEnum
@@ -234,15 +233,8 @@ def as_dict(error: TrueloopError) -> dict[str, object]:
         "hint": error.hint,
         "place": asdict(error.place),
         "override": error.override,
-        "values": {name: _finite(value) for name, value in error.values.items()},
+        "values": error.json_values,
     }
-
-
-def _finite(value: object) -> object:
-    """JSON has no NaN and no infinity: null."""
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _say_internal(error: Exception, *, as_json: bool) -> None:

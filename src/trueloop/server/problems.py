@@ -4,7 +4,6 @@ No answer carries a traceback: what the service did not expect is logged with a 
 """
 
 import json
-import math
 import secrets
 from collections.abc import Mapping, Sequence
 from http import HTTPStatus
@@ -85,7 +84,7 @@ def answer_of(error: TrueloopError) -> Response:
         "code": error.code.value,
         "detail": error.message,
         "hint": error.hint,
-        "values": {name: _finite(value) for name, value in error.values.items()},
+        "values": error.json_values,
         "override": error.override,
     }
     return Response(json.dumps(content, ensure_ascii=False), status, headers, MEDIA)
@@ -159,10 +158,3 @@ def _where(error: Exception) -> list[str]:
         found.append(f"{code.co_filename.rpartition('/')[2]}:{trace.tb_lineno} {code.co_name}")
         trace = trace.tb_next
     return found[-12:]
-
-
-def _finite(value: object) -> object:
-    """JSON has no NaN and no infinity: null."""
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [_finite(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code
 from trueloop.formats.jobs.part_tables import (
     AsphereTable,
@@ -231,3 +232,29 @@ def _spline(name: str, table: SplineTable, scales: Scales) -> Curve:
 
 def _mm(point: Point, scales: Scales) -> Point:
     return point[0] * scales[0], point[1] * scales[1]
+
+
+ROUNDED: Final = 9
+"""Decimals of a size: conversions of inches end there."""
+
+
+def characteristics_toml(characteristics: Sequence[Characteristic]) -> str:
+    """A `[[part.characteristic]]` for each, lengths in mm; they follow a `[part]` table in mm. "" for none."""
+    return "".join("\n" + "\n".join(_characteristic(characteristic)) + "\n" for characteristic in characteristics)
+
+
+def _characteristic(characteristic: Characteristic) -> Iterator[str]:
+    yield "[[part.characteristic]]"
+    yield f"name = {quoted(characteristic.name)}"
+    yield f"quantity = {quoted(characteristic.quantity)}"
+    yield f"feature = {quoted(characteristic.feature)}"
+    if characteristic.other:
+        yield f"other = {quoted(characteristic.other)}"
+    if characteristic.nominal:
+        yield f"nominal = {round(characteristic.nominal, ROUNDED)!r}"
+    if characteristic.tolerance:
+        yield f"tolerance = {quoted(characteristic.tolerance)}"
+        return
+    for key, limit in (("lower_limit", characteristic.lower_limit), ("upper_limit", characteristic.upper_limit)):
+        if limit is not None:
+            yield f"{key} = {round(limit, ROUNDED)!r}"

@@ -11,10 +11,9 @@ from pydantic import AfterValidator, Field
 from trueloop.described import filled_from
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code
-from trueloop.formats.jobs.new_job import NewTool
 from trueloop.formats.jobs.profile_of_job import quoted
 from trueloop.geometry.profile import Side
-from trueloop.jobs.turned.new import Chosen, NewFiles, Wanted, WantedProgram, Zero, gauge_sheet_of, new_job
+from trueloop.jobs.turned.new import Chosen, NewFiles, NewTool, Wanted, WantedProgram, Zero, gauge_sheet_of, new_job
 from trueloop.monitoring.capability import COVERAGE
 from trueloop.turned.options import By
 

@@ -95,8 +95,7 @@ def upload_view(handed: HandedFile) -> UploadView:
         if kind == "program":
             return replace(view, program=program_read(handed))
         if kind == "drawing":
-            from trueloop.formats.jobs.new_job import characteristics_toml
-            from trueloop.formats.jobs.profile_of_job import part_table_toml
+            from trueloop.formats.jobs.profile_of_job import characteristics_toml, part_table_toml
             from trueloop.jobs.turned.new import read_drawing
 
             drawn = read_drawing(handed.file, unit=handed.asked.unit)

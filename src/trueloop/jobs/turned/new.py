@@ -4,19 +4,18 @@ The sheet of what a person measures of a job's part, for paper and as the file t
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from os.path import relpath
 from pathlib import Path
 from typing import Final, Literal, TypeAlias
 
-from trueloop.described import filled_from
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, in_file
-from trueloop.formats.input_file import FilePath, read_program
+from trueloop.formats.input_file import read_program
 from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv, holds_readings
-from trueloop.formats.jobs.new_job import NewJob, NewProgram, NewTool, job_toml
+from trueloop.formats.jobs.profile_of_job import characteristics_toml, part_table_toml, quoted, side_key
 from trueloop.formats.measurements.touches_csv import empty_touches_csv
 from trueloop.formats.outputs import write_all
 from trueloop.geometry.feature import is_curved
@@ -101,6 +100,16 @@ def drawing_key(drawing: Path) -> str:
 APART_MM: Final = 5.0
 FEWEST, MOST = 3, 20
 """Points on an arc: this far apart, but not fewer and not more."""
+
+
+@dataclass(frozen=True)
+class NewTool:
+    """An edge that cuts: `number` is that of its offset, which only the one tool of a part may leave open."""
+
+    nose_radius_mm: float
+    number: int | None = None
+    tip: int | None = None
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -208,7 +217,7 @@ def new_job(wanted: Wanted) -> NewFiles:
     measured, places = _to_fill_in(wanted, profile, inch)
     handed = wanted.measured_file
     file = next(iter(measured)) if handed is None else Path(relpath(handed, wanted.folder)).as_posix()
-    contents = {"job.toml": job_toml(_said(wanted, programs, drawn, file)), **measured}
+    contents = {"job.toml": _job_toml(wanted, [one.dialect.name for one in programs], drawn, file), **measured}
     for file in contents:
         new_file = wanted.folder / file
         if new_file.exists():
@@ -262,34 +271,79 @@ def _points(profile: Profile, nose_radius_mm: float) -> GaugingPoints:
     return equally_spaced(profile, spacings, reachable)
 
 
-def _said(wanted: Wanted, programs: Sequence[Program], drawn: PartDrawing, file: str) -> NewJob:
-    def beside(path: FilePath) -> Path:
-        return Path(relpath(path, wanted.folder))
+def _job_toml(wanted: Wanted, dialects: Sequence[str], drawn: PartDrawing, file: str) -> str:
+    """Returns the job as TOML, its paths relative to it. A profile without a drawing is spelled out."""
+    cuts = [*zip((wanted, *wanted.then), dialects, strict=True)]
+    tables = _setups(cuts, wanted.folder) if wanted.then else _of_one(*cuts[0], wanted.folder)
+    gauging = f"[gauging]\n{'readings' if wanted.measured == 'gauge' else 'touches'} = {quoted(file)}\n"
+    lines = "\n".join([_part(wanted, drawn), *tables, gauging, '[output]\nfolder = "out"', ""]).split("\n")
+    for table, keys in wanted.stated.items():
+        added = [f"{key} = {value}" for key, value in keys.items()]
+        if f"[{table}]" not in lines:
+            lines += [f"[{table}]", *added, ""]
+        else:
+            at = lines.index(f"[{table}]") + 1
+            lines[at:at] = added
+    return "\n".join(lines)
 
-    of = "" if wanted.drawing is None else drawing_key(wanted.drawing)
-    cut_by = [
-        filled_from(
-            NewProgram,
-            program,
-            name=f"side{k}",
-            finish=beside(program.program),
-            dialect=read.dialect.name,
-            tools=program.all_tools,
-        )
-        for k, (program, read) in enumerate(zip((wanted, *wanted.then), programs, strict=True), 1)
-    ]
-    return filled_from(
-        NewJob,
-        wanted,
-        profile=drawn.profile,
-        programs=cut_by,
-        measured_key="readings" if wanted.measured == "gauge" else "touches",
-        measured_file=file,
-        notes=drawn.notes,
-        asked=drawn.asked,
-        drawing=None if wanted.drawing is None else beside(wanted.drawing),
-        drawing_key=of,
-        chosen=wanted.chosen.keys(of),
+
+def _of_one(of: WantedProgram, dialect: str, folder: Path) -> list[str]:
+    heading = "[tool]" if len(of.all_tools) == 1 else "[[tools]]"
+    return [*(_tool(heading, tool) for tool in of.all_tools), _program("[programs]", of, dialect, folder)]
+
+
+def _setups(cuts: Iterable[tuple[WantedProgram, str]], folder: Path) -> Iterator[str]:
+    for k, (of, dialect) in enumerate(cuts, 1):
+        zero = [] if of.zero_at_z_mm is None else [f"zero_at_z_mm = {of.zero_at_z_mm!r}"]
+        turned = ["flipped = true"] if of.flipped else []
+        yield "\n".join(["[[setups]]", f"name = {quoted(f'side{k}')}", *zero, *turned, ""])
+        yield _program("[setups.programs]", of, dialect, folder)
+        yield from (_tool("[[setups.tools]]", tool) for tool in of.all_tools)
+
+
+def _part(wanted: Wanted, drawn: PartDrawing) -> str:
+    if wanted.drawing is None:
+        return part_table_toml(wanted.name, drawn.profile, drawn.notes) + characteristics_toml(drawn.asked)
+    features, key = ", ".join(drawn.profile.names), drawing_key(wanted.drawing)
+    return "\n".join(
+        [
+            *(f"# {' '.join(note.split())}" for note in drawn.notes),
+            f"# Its features, in order: {features}.",
+            "[part]",
+            f"name = {quoted(wanted.name)}",
+            f"{key} = {_path(wanted.drawing, wanted.folder)}",
+            *(f"{of} = {quoted(one) if isinstance(one, str) else one}" for of, one in wanted.chosen.keys(key).items()),
+            *side_key(drawn.profile),
+            "",
+        ]
+    ) + characteristics_toml(drawn.asked)
+
+
+def _path(file: Path, folder: Path) -> str:
+    return quoted(Path(relpath(file, folder)).as_posix())
+
+
+def _tool(heading: str, of: NewTool) -> str:
+    number = [] if of.number is None else [f"number = {of.number}"]
+    tip = [] if of.tip is None else [f"tip = {of.tip}"]
+    name = [f"name = {quoted(of.name)}"] if of.name else []
+    return "\n".join([heading, f"nose_radius_mm = {of.nose_radius_mm!r}", *number, *tip, *name, ""])
+
+
+def _program(heading: str, of: WantedProgram, dialect: str, folder: Path) -> str:
+    given = ", ".join(f"{quoted(name)} = {value!r}" for name, value in of.parameters.items())
+    return "\n".join(
+        [
+            heading,
+            *(f"{key} = {quoted(value)}" for key, value in of.cut.items()),
+            f"dialect = {quoted(dialect)}",
+            f"finish = {_path(of.program, folder)}",
+            *([] if of.lines is None else [f"finish_lines = [{of.lines[0]}, {of.lines[1]}]"]),
+            *([] if of.unit is None else [f"unit = {quoted(of.unit)}"]),
+            *(["accept_unknown_words = true"] if of.accept_unknown_words else []),
+            *([] if not given else [f"parameters = {{ {given} }}"]),
+            "",
+        ]
     )
 
 
