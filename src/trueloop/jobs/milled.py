@@ -23,7 +23,7 @@ from trueloop.jobs.user import user_name
 from trueloop.milled.entries import Proposal, ProposedEntry, propose
 from trueloop.milled.entry import PLAINEST, Entered, Entry, Part, Register
 from trueloop.milled.feature import MilledFeature
-from trueloop.milled.observed import Frame, by_depth, observed_of, seen
+from trueloop.milled.observed import Frame, by_depth, observed_of, require_not_exchanged, seen
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 RECORD: Final = "entries.json"
@@ -232,10 +232,15 @@ def _require_facts(job: MilledJobFile) -> None:
 
 
 def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
-    """Yields the parts of a file. Raises MSR-SERIAL where the serial number that is chosen is not in it."""
+    """Yields the parts of a file. Raises MSR-NONE where it has no value, MSR-SERIAL where the serial number that is
+    chosen is not in it.
+    """
     file = path.parent / table.file
     mapping = None if table.mapping is None else path.parent / table.mapping
     found = read_measured_file(file, StatedFacts(table.unit, mapping, "measured.unit")).inspections
+    if not found:
+        hint = "fill in at least one value: a row without one was not measured"
+        raise Code.MSR_NONE.refusal(f"{file.name!r} holds 0 values", hint=hint, place=Place(str(file)))
     chosen = [inspection for inspection in found if table.serial in (None, inspection.part.serial)]
     if not chosen:
         serials = [inspection.part.serial for inspection in found]
@@ -278,12 +283,17 @@ def _part(
     used = [(reading, what) for reading, what in pairs if what is not None]
     if not used:
         measured_names = sorted({reading.feature for reading in readings})[:20]
+        unknown = [one for one in readings if one.quantity is Quantity.OTHER and one.feature in features]
         raise Code.MIL_NONE.refusal(
             f"none of {len(readings)} readings of part {serial!r} is a size or coordinate of a feature of the job; the "
             f"file's features are {', '.join(map(repr, measured_names)) or 'not named'}",
-            hint='give the job\'s names in the table [names]: `CIR1 = "B1"`',
+            hint="state what they are the sizes of, by a column of quantities or in the heading of the values: "
+            f"{unknown[0].characteristic!r} names none of `Ø`, `Diameter`, `Length`, `X` …"
+            if unknown
+            else 'give the job\'s names in the table [names]: `CIR1 = "B1"`',
             values={"readings": len(readings), "features": measured_names},
         )
+    require_not_exchanged(used)
     for reading, what in used:
         off_um = (reading.actual - what.nominal_mm) * UM_PER_MM
         if abs(off_um) > job.limits.deviation_um:

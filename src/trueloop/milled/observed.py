@@ -33,6 +33,8 @@ Features: TypeAlias = Mapping[str, MilledFeature]
 AXES: Final = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 SAME_DEPTH_MM: Final = 0.5
 """Depths of a wall that differ by less are one."""
+EXACT_MM: Final = 3e-4
+"""By what rounding to five decimals of an inch makes of a value."""
 DIFFERENT_MM: Final = 0.05
 """A nominal value of the file further from the job's is one of another feature, or of another revision."""
 
@@ -93,6 +95,21 @@ def seen(features: Features, frame: Frame, reading: Reading) -> ObservedSize | N
             values={"feature": feature.name, "nominal_mm": reading.nominal, "job_mm": found.nominal_mm},
         )
     return found
+
+
+def require_not_exchanged(used: Sequence[tuple[Reading, ObservedSize]]) -> None:
+    """Raises MIL-NOMINAL where the file's nominal values are not the job's, and all its actual ones are."""
+    stated = [(what, reading.nominal) for reading, what in used if reading.nominal is not None]
+    other = [(what, nominal) for what, nominal in stated if abs(nominal - what.nominal_mm) > EXACT_MM]
+    if len(other) > 1 and all(abs(reading.actual - what.nominal_mm) <= EXACT_MM for reading, what in used):
+        what, nominal = other[0]
+        raise Code.MIL_NOMINAL.refusal(
+            f"{what.name}: the file's nominal value is {nominal:g} mm, the job's {what.nominal_mm:g} mm, as all "
+            f"{len(used)} actual values are the job's nominal ones",
+            hint="are nominal and actual values exchanged? Of a table name the columns: `trueloop measure map FILE "
+            "--column nominal=HEADING --column actual=HEADING`",
+            values={"feature": what.features[0].name, "nominal_mm": nominal, "job_mm": what.nominal_mm},
+        )
 
 
 def _size(feature: MilledFeature, reading: Reading) -> ObservedSize | None:

@@ -37,6 +37,25 @@ def _typed(mill: Mill, printed: str, diameters: str = "") -> None:
         mill.entered[key] = mill.entered.get(key, 0.0) + number
 
 
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("Feature;Ø Soll [mm];Ø Ist [mm]\nB0;12;11,96\nB1;14;13,96\n", "tool 2, radius (D22): add -0.020 mm"),
+        ("Feature;Ø Soll [mm];Ø Ist [mm]\nB0;11,96;12\nB1;13,96;14\n", "are nominal and actual values exchanged?"),
+        ("Feature;Soll [mm];Ist [mm]\nB0;12;11,96\n", "'B0' names none of `Ø`, `Diameter`"),
+        ("feature,diameter_mm\nB0,\n", "MSR-NONE: 'm.csv' holds 0 values"),
+    ],
+)
+def test_a_table_of_bores_gives_the_radius_or_the_reason(table: str, said: str, tmp_path: Path) -> None:
+    """Two bores 40 µm too small: the tool's radius 20 µm smaller brings its path that much nearer to the walls."""
+    run("examples", "plate", "-o", tmp_path)
+    job = tmp_path / "plate" / "plate.toml"
+    job.write_text(job.read_text().replace("part-1.dmo", "m.csv"))
+    (job.parent / "m.csv").write_text(table)
+    told = run("mill", "entries", job, "-o", tmp_path / "out", status=0 if said.startswith("tool") else 3)
+    assert said in told
+
+
 @pytest.mark.parametrize(("form", "unit"), [("dmo", "mm"), ("qif", "inch")])
 def test_three_parts_are_measured_and_the_control_is_set_between_them(tmp_path: Path, form: str, unit: str) -> None:
     run("examples", "plate", "-o", tmp_path)

@@ -47,7 +47,7 @@ PLAIN: Final = frozenset("0123456789.+- \t\r\n")
 """Signs of numbers that can be read in one way alone."""
 MOST: Final = 1e15
 """No length, angle or temperature is as large in any unit; its square is still a number."""
-EMPTY: Final = frozenset(("n/a", "na", "n.a.", "nan", "null", "none"))
+EMPTY: Final = frozenset(("n/a", "na", "n.a.", "n.m.", "n. m.", "k.a.", "k. a.", "nan", "null", "none"))
 """Cells that state nothing, in lower case, as do those of the signs below alone, and a workbook's errors (#REF!)."""
 SIGNS: Final = "*-–—.?"
 HINT: Final = "docs/inspection-formats.md lists the formats that are read; other text: save it as CSV in UTF-8"
