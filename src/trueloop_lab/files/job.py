@@ -10,7 +10,7 @@ from pydantic import Field
 from trueloop.errors import Code, Place, in_file
 from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.toml_tables import Finite, NotNegative, Table, options_from, read_tables
-from trueloop.jobs.surface.job import read_surface
+from trueloop.jobs.surface.job import read_surface, require_one_face
 from trueloop.jobs.turned.job import read_job
 from trueloop.turned.touches.touches import Gauging
 from trueloop.units import UM_PER_MM
@@ -131,4 +131,4 @@ def mill_and_trial(job: Path, machine: Path | None) -> tuple[VirtualMill, Surfac
     mill = mill_of(VirtualMillFile()) if machine is None else read_virtual_mill(machine)
     read = read_surface(job, measured=False)
     with in_file(job):
-        return mill, surface_trial(read.inputs, mill.grid)
+        return mill, surface_trial(require_one_face(read).inputs, mill.grid)

@@ -200,6 +200,11 @@ def _program_and_cutter(inputs: SurfaceInputs) -> tuple[Program, SurfaceJob]:
             "the job has 0 programs to cut with",
             hint="give it tables [program] and [cutter]; `trueloop surface path` makes a program",
         )
+    if inputs.cutter.further:
+        raise Code.SIM_MILL.refusal(
+            f"the job states {len(inputs.cutter.by_tool)} cutters; the virtual mill has one",
+            hint="simulate a program of one tool, with its [cutter]",
+        )
     return inputs.program, inputs.cutter
 
 

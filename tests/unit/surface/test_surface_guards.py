@@ -96,3 +96,41 @@ def test_too_many_points_are_refused_before_one_is_made() -> None:
     with pytest.raises(TrueloopError, match="passes of") as told:
         zigzag(wavy_surface(200.0, 4.0), ZigzagOptions(3.0, scallop_mm=1e-12, chord_mm=1e-9))
     assert told.value.code is Code.SRF_PATH
+
+
+SLOPE = replace(FLAT, control_mm=FLAT.control_mm + FLAT.control_mm[..., :1] * np.array([0.0, 0.0, 0.75]))
+"""A plane that rises by 3 in 4: a tip is at R (1/0.8 − 1) = R/4 above the plane's height under it."""
+HIGHER = replace(SLOPE, control_mm=SLOPE.control_mm + 0.02 * np.array([-0.6, 0.0, 0.8]))
+TWO_TOOLS = (
+    "G21 G90 G94 G17\nT1 M6\nG0 X4. Y6. Z20.\nG1 Z3.75 F100.\nX8. Z6.75\nG0 Z20.\n"
+    "T2 M6\nG0 X4. Y12.\nG1 Z3.5\nX8. Z6.5\nG0 Z20.\nM30\n"
+)
+
+
+def _cut_by(job: SurfaceJob) -> list[str]:
+    program = read_program(TWO_TOOLS.encode(), "fanuc-mill")
+    written = corrected_program(program, SLOPE, HIGHER, job, "0123456789abcdef").source.decode()
+    return [line for line in written.splitlines() if line.startswith(("G1", "X7.", "X8."))]
+
+
+def test_each_tool_is_moved_by_its_own_cutter_and_tools_that_are_not_stated_stay() -> None:
+    """By hand: balls of 3 and 2 mm touch the slope with tips 0.75 and 0.5 mm above it; 20 µm more along the normal are
+    (−12, 0, 16) µm for both.
+    """
+    first, second = replace(BALL, tool=1), SurfaceJob(Cutter(2.0, 2.0), tool=2)
+    moved = [["G1 X3.988 Z3.766 F100.", "X7.988 Z6.766"], ["G1 X3.988 Z3.516", "X7.988 Z6.516"]]
+    stays = [["G1 Z3.75 F100.", "X8. Z6.75"], ["G1 Z3.5", "X8. Z6.5"]]
+    assert _cut_by(replace(first, further=(second,))) == moved[0] + moved[1]
+    assert _cut_by(first) == moved[0] + stays[1]
+    assert _cut_by(second) == stays[0] + moved[1]
+
+
+def test_a_tool_that_no_cutter_is_stated_for_and_one_that_is_not_called_are_refused() -> None:
+    level = (
+        TWO_TOOLS.replace("X8. Z6.75", "X8. Z3.75").replace("Z6.5", "Z3.5").replace("Z3.75", "Z0").replace("Z3.5", "Z0")
+    )
+    with pytest.raises(TrueloopError, match="2 tools cut the surface, T1, T2, and the job states one") as told:
+        corrected_program(read_program(level.encode(), "fanuc-mill"), FLAT, FLAT, BALL, "0123456789abcdef")
+    assert told.value.code is Code.SRF_PROGRAM and told.value.place.line == 9
+    with pytest.raises(TrueloopError, match="0 moves of tool T7; its tools: T1, T2"):
+        _cut_by(replace(BALL, tool=7))

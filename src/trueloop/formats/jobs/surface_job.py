@@ -63,6 +63,8 @@ class ModelTable(Table):
 class CutterTable(Table):
     """The cutter of the finishing program, required with `[program]`."""
 
+    tool: Annotated[int, Field(ge=0, strict=True)] | None = None
+    """Its T number: moves of other tools stay. Required for each, `[[cutter]]`, where several tools cut the surface."""
     radius_mm: Positive
     """Radius of the tool."""
     corner_mm: NotNegative | None = None
@@ -111,7 +113,7 @@ class SurfaceJobFile(Table):
     surface: SurfaceTable
     gauging: SurfaceGaugingTable
     model: ModelTable = ModelTable()
-    cutter: CutterTable | None = None
+    cutter: CutterTable | tuple[CutterTable, ...] | None = None
     program: SurfaceProgramTable | None = None
     compensation: SurfaceCompensationTable = SurfaceCompensationTable()
     output: SurfaceOutputTable = SurfaceOutputTable()
@@ -119,9 +121,19 @@ class SurfaceJobFile(Table):
 
     @model_validator(mode="after")
     def _program_with_its_cutter(self) -> "SurfaceJobFile":
-        if self.program is not None and self.cutter is None:
+        if self.program is not None and not self.cutter:
             raise ValueError("a [program] needs its [cutter]: `cutter.radius_mm`")
+        numbers = [cutter.tool for cutter in self.cutters]
+        if len(numbers) > 1 and (None in numbers or len(set(numbers)) < len(numbers)):
+            raise ValueError("several [[cutter]] tables each need a `tool`, no two the same")
+        if len({cutter.rotary for cutter in self.cutters}) > 1:
+            raise ValueError("all [[cutter]] tables need the same `rotary`")
         return self
+
+    @property
+    def cutters(self) -> tuple[CutterTable, ...]:
+        """Returns the cutters of all tools that are stated."""
+        return self.cutter if isinstance(self.cutter, tuple) else () if self.cutter is None else (self.cutter,)
 
 
 def read_surface_job(path: Path) -> SurfaceJobFile:

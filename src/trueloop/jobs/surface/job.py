@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -86,8 +87,8 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     cutter = _cutter(job)
     if finish is not None and cutter is not None:
         with in_file(path):
-            for surface in surfaces:
-                require_outer_side(finish, surface, cutter)
+            for surface, of_tool in product(surfaces, cutter.by_tool):
+                require_outer_side(finish, surface, of_tool)
     faces = (
         [MeasuredFace(surfaces[0], None)]
         if not cad_faces
@@ -270,14 +271,21 @@ def _named(file: Path, folder: Path) -> str:
 
 
 def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:
-    if job.cutter is None:
-        return None
-    corner = job.cutter.radius_mm if job.cutter.corner_mm is None else job.cutter.corner_mm
-    cutter = Cutter(job.cutter.radius_mm, corner)
-    axis, rotary = job.cutter.axis, job.cutter.rotary
     keys = {"parameters", "accept_unknown_words", "zero_mm", "work_offsets"}
     of_program = job.program.model_dump(include=keys) if job.program else {}
-    return options_from(SurfaceJob, job, cutter=cutter, axis=axis, rotary=rotary, **of_program)
+    by_tool = [
+        options_from(
+            SurfaceJob,
+            job,
+            cutter=Cutter(table.radius_mm, table.radius_mm if table.corner_mm is None else table.corner_mm),
+            axis=table.axis,
+            rotary=table.rotary,
+            tool=table.tool,
+            **of_program,
+        )
+        for table in job.cutters
+    ]
+    return replace(by_tool[0], further=tuple(by_tool[1:])) if by_tool else None
 
 
 def _program(path: Path, table: SurfaceProgramTable) -> Program:

@@ -32,8 +32,12 @@ def on_surface(path: ToolPath, job: SurfaceJob) -> ToolPath:
 
 
 def looked_at(path: ToolPath, job: SurfaceJob) -> Flags:
-    """Returns which moves at feed (n,) may cut the surface: those in the job's work offsets, all where it has none."""
+    """Returns which moves at feed (n,) may cut the surface: those in the job's work offsets and of its tool, all where
+    it names none.
+    """
     at_feed = np.isin(path.motion, (Motion.LINE, Motion.ARC))
+    if job.tool is not None:
+        at_feed &= path.tool == job.tool
     if job.work_offsets:
         at_feed &= np.isin(path.work_offset, list(map(_number, job.work_offsets)))
     return at_feed

@@ -17,7 +17,7 @@ import numpy as np
 from trueloop.arrays import Array, Flags, Integers
 from trueloop.domain.option import Limits, allowed_by
 from trueloop.domain.record import ChangedWord, check_uncorrected, marks_of_record
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.geometry.surface import Surface, closest, near
 from trueloop.nc.edit.changes import changes, insert_heading, not_as_intended, require_own_shape, verify_written
 from trueloop.nc.edit.edit import (
@@ -288,12 +288,13 @@ def corrected_program(
     path = program.run(job.parameters)
     require_sound(path)
     require_known_frame(path)
-    require_one_zero(program, path, job)
-    placed, axes = on_surface(path, job), tool_axes(program, path, job.rotary, job.axis)
-    faces = (MovedFace(nominal, corrected, trim), *further)
-    samples = sampled(placed, np.flatnonzero(looked_at(path, job)), axes, faces, job)
-    _check(program, path, samples)
-    findings = () if steps is None else steps.check(placed, samples, faces, job)
+    placed, faces = on_surface(path, job), (MovedFace(nominal, corrected, trim), *further)
+    by_tool = [_of_tool(program, path, placed, faces, of_tool) for of_tool in job.by_tool]
+    samples = by_tool[0].joined(by_tool[1:])
+    _check(program, path, samples, job)
+    findings = list[Finding]()
+    for of_tool, own in zip(job.by_tool, by_tool, strict=True):
+        findings += () if steps is None else steps.check(placed, own, faces, of_tool)
     ends, between = _targets(shifts_mm(path, job), samples, job.tolerance_mm)
     touched = {move + step for move in ends for step in (0, 1)} | between.keys()
     require_plain_frame(path, sorted(ends))
@@ -304,19 +305,20 @@ def corrected_program(
     source = apply_edits(program, edits)
     written = program.rewritten(source)
     again = written.run(job.parameters)
-    axes = tool_axes(written, again, job.rotary, job.axis)
+    axes = [tool_axes(written, again, of_tool.rotary, of_tool.axis) for of_tool in job.by_tool]
     inserted = _inserted(path, between)
     at = np.arange(len(path)) + np.cumsum(inserted)  # what the source's moves have become
     _read_back(program, path, again, ends, between, at)
-    if samples.axes.letters and not np.array_equal(axes.end[at], samples.axes.end):
+    if samples.axes.letters and not np.array_equal(axes[0].end[at], samples.axes.end):
         raise not_as_intended("the written program is not what was intended: the tool's direction changed")
     require_same_shifts(path, again.register_mm[at])
-    of_pass, *of_faces = (
-        np.repeat(np.isin(np.arange(len(path)), moves), 1 + inserted)
-        for moves in (samples.cutting_moves, *(samples.moves_on(k) for k in range(len(faces))))
-    )
-    for face, of_face in zip(faces, of_faces, strict=True):
-        check_gouges(written, on_surface(again, job), axes, (of_pass, of_face), face, job)
+    for of_tool, own, turning in zip(job.by_tool, by_tool, axes, strict=True):
+        of_pass, *of_faces = (
+            np.repeat(np.isin(np.arange(len(path)), moves), 1 + inserted)
+            for moves in (own.cutting_moves, *(own.moves_on(k) for k in range(len(faces))))
+        )
+        for face, of_face in zip(faces, of_faces, strict=True):
+            check_gouges(written, on_surface(again, job), turning, (of_pass, of_face), face, of_tool)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
     new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
     return CorrectedProgram(
@@ -326,12 +328,37 @@ def corrected_program(
         largest_mm=largest_mm,
         changes=changes(program, edits[1:]),
         unit=unit_of_path(program.unit, path),
-        findings=findings,
+        findings=tuple(findings),
     )
 
 
-def _check(program: Program, path: ToolPath, samples: Samples) -> None:
+def _of_tool(
+    program: Program, path: ToolPath, placed: ToolPath, faces: Sequence[MovedFace], job: SurfaceJob
+) -> Samples:
+    if job.tool is not None and not np.any(path.tool == job.tool):
+        raise Code.SRF_PROGRAM.refusal(
+            f"the program has 0 moves of tool T{job.tool}; its tools: {_names(np.unique(path.tool[path.tool >= 0]))}",
+            hint="cutter.tool in the job is the number of the T word with which the finishing tool is called",
+            place=Place(program.file),
+        )
+    require_one_zero(program, path, job)
+    axes = tool_axes(program, path, job.rotary, job.axis)
+    return sampled(placed, np.flatnonzero(looked_at(path, job)), axes, faces, job)
+
+
+def _names(tools: Integers) -> str:
+    return ", ".join(f"T{tool}" for tool in tools.tolist()) or "not called"
+
+
+def _check(program: Program, path: ToolPath, samples: Samples, job: SurfaceJob) -> None:
     cutting = samples.cutting_moves
+    if job.tool is None and len(tools := np.unique(path.tool[cutting])) > 1:
+        other = cutting[path.tool[cutting] != path.tool[cutting[0]]][0]
+        raise Code.SRF_PROGRAM.refusal(
+            f"{len(tools)} tools cut the surface, {_names(tools)}, and the job states one cutter",
+            hint="state each with its number: [[cutter]] with tool = 1, and so on; moves of other tools stay",
+            place=program.place(program.block(int(path.block[other])).start),
+        )
     if not len(cutting):
         hint = "look at program.zero_mm, tool radius and face, and whether the program leaves an allowance on"
         raise Code.SRF_PROGRAM.refusal("0 moves of the program come near the surface", hint=hint)

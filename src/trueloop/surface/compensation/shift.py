@@ -167,6 +167,8 @@ class SurfaceJob:
     turn it (`tool_axis`), the chord tolerance, the distance between the places looked at along a move, what may be
     cut too deep, values of the program's parameters, and whether words that the dialect does not know are left alone.
     `zero_mm`: where the zero of the `work_offsets`, or of the only one in which the program cuts, lies on the surface.
+    `tool`: the T number whose moves are corrected; None where one tool cuts. `further`: the same for other tools of the
+    program, each with its own cutter and axis.
     """
 
     cutter: Cutter
@@ -189,6 +191,13 @@ class SurfaceJob:
     accept_unknown_words: bool = False
     zero_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
     work_offsets: tuple[str, ...] = ()
+    tool: int | None = None
+    further: tuple["SurfaceJob", ...] = ()
+
+    @property
+    def by_tool(self) -> tuple["SurfaceJob", ...]:
+        """Returns the jobs of all tools."""
+        return (self, *self.further)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +222,16 @@ class Samples:
     def moves_on(self, face: int) -> np.ndarray:
         """Indices of the moves that cut a face."""
         return np.unique(self.move[self.cutting & (self.face == face)])
+
+    def joined(self, others: Sequence["Samples"]) -> "Samples":
+        """Returns these places with those of other moves, in the order of the moves."""
+        every = (self, *others)
+        order = np.argsort(np.concatenate([one.move for one in every]), kind="stable")
+        move, share, before_mm, after_mm, cutting, face = (
+            np.concatenate([getattr(one, name) for one in every])[order]
+            for name in ("move", "share", "before_mm", "after_mm", "cutting", "face")
+        )
+        return Samples(move, share, before_mm=before_mm, after_mm=after_mm, cutting=cutting, axes=self.axes, face=face)
 
 
 def places(
