@@ -135,6 +135,21 @@ def test_points_off_the_part_or_in_another_frame_are_left_with_their_distance() 
     assert match_inspection(PROFILE, inspection(nowhere)).axis is None
 
 
+@pytest.mark.parametrize(
+    ("off", "moved_mm", "said"),
+    [(2, 0.0, "; along z 80% do: --axis z takes these"), (0, 4.0, "; along z moved by -4 mm they do")],
+)
+def test_points_that_do_not_lie_on_the_profile_say_what_would_bring_them_there(
+    off: int, moved_mm: float, said: str
+) -> None:
+    """Ten points on a shaft of 4 mm, of which two are 5 mm out, or all are counted from its chuck end."""
+    shaft = checked_profile([Line("a", (10.0, -4.0), (10.0, -2.0)), Line("f", (10.0, -2.0), (8.0, -2.0))])
+    shaft = checked_profile([*shaft.features, Line("b", (8.0, -2.0), (8.0, 0.0)), Line("e", (8.0, 0.0), (0.0, 0.0))])
+    places: list[Vector] = [(8.0 + (5.0 if k < off else 0.0), 0.0, -1.9 + 0.2 * k + moved_mm) for k in range(10)]
+    found = match_inspection(shaft, inspection([CmmPoint(place, place) for place in places]))
+    assert found.axis is None and all(said in left.reason for left in found.left)
+
+
 def test_an_error_that_is_not_credible_is_left() -> None:
     found = match_inspection(PROFILE, inspection(touched(1.5, 0.0)))
     assert found.count == 0

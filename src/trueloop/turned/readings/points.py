@@ -67,6 +67,7 @@ def match_points(
     found = axis or _axis(profile, places, inspection.ball_radius_mm)
     if found is None:
         why = f"along no axis of its frame do {MOST:.0%} of {len(points)} points lie on the profile"
+        why += _explained(profile, places, inspection.ball_radius_mm)
         return PointMatches(left=tuple(Left(point, why) for point in points))
     outcomes = _matched(profile, points, places, inspection.ball_radius_mm, names, found)
     touches = tuple(outcome for outcome in outcomes if isinstance(outcome, MatchedTouch))
@@ -94,20 +95,36 @@ class _Places:
 
 def _axis(profile: Profile, places: _Places, ball_mm: float) -> Axis | None:
     """Z where most points lie on the profile in it, else the only other one in which they do."""
-    if _fits(profile, places, ball_mm, "z"):
+    if _share(profile, places, ball_mm, "z") >= MOST:
         return "z"
-    fitting: list[Axis] = [axis for axis in get_args(Axis) if axis != "z" and _fits(profile, places, ball_mm, axis)]
+    others: list[Axis] = [axis for axis in get_args(Axis) if axis != "z"]
+    fitting = [axis for axis in others if _share(profile, places, ball_mm, axis) >= MOST]
     return fitting[0] if len(fitting) == 1 else None
 
 
-def _fits(profile: Profile, places: _Places, ball_mm: float, axis: Axis) -> bool:
-    """Returns whether most points lie on the profile with this axis for its own."""
+def _explained(profile: Profile, places: _Places, ball_mm: float) -> str:
+    """Describes what would let most points lie on the profile: some left out, or z counted from its other end."""
+    shares = {axis: _share(profile, places, ball_mm, axis) for axis in get_args(Axis)}
+    best: Axis = max(shares, key=lambda axis: (shares[axis], axis == "z"))
+    if MOST > shares[best] >= 0.5:
+        return f"; along {best} {shares[best]:.0%} do: --axis {best} takes these and lists the others"
+    for end_mm in {profile.features[0].start_mm[1], profile.features[-1].end_mm[1]} - {0.0}:
+        for axis in get_args(Axis):
+            if _share(profile, places, ball_mm, axis, end_mm) >= MOST:
+                return f"; along {axis} moved by {end_mm:+g} mm they do: where is the file's zero?"
+    return ""
+
+
+def _share(profile: Profile, places: _Places, ball_mm: float, axis: Axis, moved_mm: float = 0.0) -> float:
+    """Returns the share of points that lie on the profile with this axis for its own, moved by so much along it."""
     nominal, measured, normal = _in_plane(places, axis)
+    moved = np.array([0.0, moved_mm])
+    nominal, measured = nominal + moved, measured + moved
     given = ~np.isnan(nominal[:, 0])
     away = np.abs(_distances(profile, np.where(given[:, None], nominal, measured), np.where(given, 0.0, ball_mm)))
     near = np.min(away, axis=0) <= np.where(given, ON_PROFILE_MM, CREDIBLE_ERROR_MM)
     across = np.isnan(normal[:, 2]) | (np.abs(normal[:, 2]) < 1.0 - SAME_WAY)
-    return bool(np.mean(near & across) >= MOST)
+    return float(np.mean(near & across))
 
 
 def _in_plane(places: _Places, axis: Axis) -> tuple[Array, Array, Array]:
