@@ -107,6 +107,12 @@ def test_klartext() -> None:
     )
 
 
+def test_the_block_after_a_tangent_arc_of_klartext_stays() -> None:
+    """From (0, 0) along X, the arc to (10, 10) has the radius 10."""
+    text = "BEGIN PGM A MM\nTOOL CALL 1 Z S1\nL X-9 Y+0 Z+5 R0 F9\nL X+0\nCT X+10 Y+10\nL M140 MB MAX\nEND PGM A MM\n"
+    assert explicit(text, "heidenhain").splitlines()[4:6] == ["CR X+10 Y+10 R+10.0000 DR+", "L M140 MB MAX"]
+
+
 def test_a_sharp_corner_of_klartext_goes_about_a_pole() -> None:
     """The way turns by 180° - atan(4/3) = 126.87°: the rounding begins tan(63.43°) = 2 before (20, 0), about (18, -1),
     and ends 2 along (-3, -4) / 5 from there."""

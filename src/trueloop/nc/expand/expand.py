@@ -413,7 +413,8 @@ def _visits(program: Program, path: ToolPath, moves: set[int]) -> list[list[int]
         k = wanted.pop()
         found.add(k)
         before = is_made(path, k) or (k > 0 and _hangs_on_next(program, path, k - 1))
-        after = not is_place(program, path, k)
+        # In Klartext each block says its motion; a move after a corner may have to state its feed.
+        after = is_made(path, k) or not (program.dialect.klartext or is_place(program, path, k))
         beside = {j for j in (k - 1, k + 1) if 0 <= j < len(path) and (after if j > k else before)} - found
         shaped = {j for j in beside if _is_drawn(program, path, j)}
         wanted |= shaped
