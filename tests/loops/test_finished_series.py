@@ -108,6 +108,22 @@ def test_a_damaged_series_is_refused(tmp_path: Path, damage: object) -> None:
     assert refused.value.place is not None and not (tmp_path / "o3").exists()
 
 
+@pytest.mark.parametrize(("left_mm", "share"), [(0.050, 0), (0.0, None), (0.006, None), (-0.050, 200), (0.100, -100)])
+def test_an_offset_that_does_not_show_on_the_part_is_asked_about(
+    tmp_path: Path, left_mm: float, share: int | None
+) -> None:
+    """25 µm on the radius are stated to be entered. By hand: what is left of Ø +0.050 shows that nothing, twice as much
+    or the opposite was; a wear of 3 µm is none of these.
+    """
+    correct(tmp_path, 1, FIRST, "offset")
+    second = correct(tmp_path, 2, (left_mm,) * 4, "offset", 'cut_with = "o1/record.json"\ncut_by = "wear"')
+    asked = [
+        re.search(r"X (\S+) µm .* before this one, (-?\d+) % ± \d+ % shows", note) for note in second.correction.notes
+    ]
+    found = [(one[1], int(one[2])) for one in asked if one]
+    assert found == ([] if share is None else [("−25.0", share)])
+
+
 def test_a_part_of_a_series_is_judged_by_its_own_readings(tmp_path: Path) -> None:
     """Ø30 ± 0.012 read at 30.010 and 30.014, standard 1 µm: out by 2 µm, more than 1.645 µm, whatever parts before it
     were; the probability of a normal distribution two standard deviations inside.

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.domain.record import Record
+from trueloop.domain.life import Ran
+from trueloop.domain.record import GIVEN, Record
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code
 from trueloop.geometry.profile import Profile
@@ -39,6 +40,12 @@ FEWEST: Final = 3
 USED: Final = ("on", "bands")
 """Values of `memory.use` with which the parts of a series take part."""
 
+IMPROBABLE: Final = 4.0
+"""Standard deviations of the displacement of one cut against the next beyond which an offset is asked about."""
+
+SHOWN: Final = 0.1
+"""The least share of an offset along an axis that measured surfaces show; one that they show less does not count."""
+
 KEPT: Final = 12
 """The largest number of parts kept: those of long ago tell little of the next."""
 
@@ -51,9 +58,10 @@ def next_finished(
     `own` is the fit to this part's measurements alone, by which the first two parts of a series are corrected.
     """
     series = finished_series(inputs, matched, own)
-    known, parts = series.known, series.parts
+    known, parts, arrived = series.known, series.parts, _arrived(inputs, matched, own)
     if known is None:
-        return None, _noted(inputs, series.why) if series.why else None, parts
+        notes = [words for words in (series.why, arrived) if words]
+        return None, _noted(inputs, *notes) if notes else None, parts
     index, along, _ = places_along(inputs.profile, _measured(inputs.profile, parts[-1]), parts[-1])
     found, corrects = known.next_part(index, along), inputs.memory.memory == "on"
     rate, u = known.wear_rate_mm
@@ -65,7 +73,7 @@ def next_finished(
     )
     left_mm = found.mean_mm + _Moved.of(inputs, matched, own.vectors).at(index, along)
     table = Remembered(index, along, left_mm, found.covariance_mm2, left_mm, corrects=corrects)
-    return table, _noted(inputs, words), parts
+    return table, _noted(inputs, words, *([arrived] if arrived else [])), parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,8 +186,44 @@ def _measured(profile: Profile, part: ErrorVectors) -> list[int]:
     return [i for chain in chains_of(profile) if measured.intersection(chain.features) for i in chain.features]
 
 
-def _noted(inputs: Inputs, words: str) -> FromMemory:
-    return FromMemory(edge_words(inputs.edge), inputs.memory.memory, applied=False, notes=(words,))
+def _noted(inputs: Inputs, *notes: str) -> FromMemory:
+    return FromMemory(edge_words(inputs.edge), inputs.memory.memory, applied=False, notes=notes)
+
+
+def _arrived(inputs: Inputs, matched: Commanded, own: ProfileErrorModel) -> str:
+    """Describes how much of the offset that is stated to be in force since the part before this one shows on it, where
+    that is not all of it; "": it may be, a contour changed besides, or no part before it is known.
+    """
+    force, (earlier, _) = inputs.in_force, _earlier(inputs)
+    then = GIVEN if force.record is None else force.record.cut_with or GIVEN
+    if not earlier or force.program is not None or then.ran is Ran.CORRECTED:
+        return ""
+    in_force = _Moved.of(inputs, matched, own.vectors)
+    today, before = in_force.taken_out(_used(own)), earlier[-1]
+    features = sorted({*today.feature_index.tolist()} & {*before.feature_index.tolist()})
+    off_mm, units = [], []
+    for index in features:
+        now, was = today.of_feature(index), before.of_feature(index)
+        off_mm.append(np.mean(today.error_mm[now]) - np.mean(before.error_mm[was]))
+        at = today.feature_index[now], today.arc_length_mm[now]
+        units.append([np.mean(replace(in_force, offset_mm=unit).at(*at)) for unit in ((1.0, 0.0), (0.0, 1.0))])
+    by_unit = np.array(units).reshape(-1, 2)
+    axes = np.linalg.pinv(by_unit, rcond=SHOWN)
+    added = np.array(force.cut_with.offset_mm) - np.array(then.offset_mm)
+    shown = axes @ by_unit @ added
+    size_mm, cuts = float(np.linalg.norm(shown)), inputs.options.between_cuts
+    u_mm = np.hypot(cuts.common_difference_mm, cuts.scatter_difference_mm / np.sqrt(max(len(features), 1)))
+    missing_mm = 0.0 if size_mm == 0.0 else float(axes @ np.array(off_mm) @ shown) / size_mm
+    if abs(missing_mm) < IMPROBABLE * u_mm:
+        return ""
+    return wording(
+        "Of the tool offset X {x} (radius), Z {z} that is stated to be in force since the part before this one, "
+        "{share:.0f} % ± {u:.0f} % shows on it: was it entered, once, for this tool, with its sign?",
+        x=Um(added[0]),
+        z=Um(added[1]),
+        share=100.0 * (1.0 + missing_mm / size_mm),
+        u=200.0 * float(u_mm) / size_mm,
+    )
 
 
 def _earlier(inputs: Inputs) -> tuple[tuple[ErrorVectors, ...], str]:
