@@ -52,14 +52,14 @@ class Mean:
 class CauseEvidence:
     """The feature on which a cause shows most: its mean error as each device saw it.
 
-    `by_part_mm` is what the cause leaves on each
-    part that was cut, `minutes` the longest time in cut there; `first_serial` is the first part on which it acts.
+    `by_part_mm` is what the cause leaves on each part that was cut, `minutes` the longest time in cut there (None: not
+    recorded); `first_serial` is the first part on which it acts.
     """
 
     feature: str
     means: Mapping[SeenBy, Mean]
     by_part_mm: Mapping[int, float]
-    minutes: float
+    minutes: float | None
     first_serial: str
 
 
@@ -87,7 +87,8 @@ def shown(way: Way, errors: SurfaceErrors, series: SeenSeries, size: Size) -> Ca
             means[seen_by] = Mean(of_process + carried, of_process + taken_off, parts)
     at_place = [k for k, label in enumerate(labels) if label[1] == place and cut[k] and effect[k]]
     by_part = {labels[k][3]: float(effect[k]) for k in at_place}
-    minutes = float(errors.places.number("minutes")[at_place].max(initial=0.0))
+    timed = any(part.minutes_in_cut for part in series.parts)
+    minutes = float(errors.places.number("minutes")[at_place].max(initial=0.0)) if timed else None
     return CauseEvidence(str(feature), means, by_part, minutes, series.parts[way.step].serial)
 
 
@@ -180,7 +181,8 @@ def _course(way: Way, evidence: CauseEvidence, size: Size) -> list[Wording]:
     u = Um(size.standard_u_mm)
     followed = {
         Over.WEAR: wording("It goes with the minutes in cut, from {low} to {high} in {minutes:.0f} min.",
-                           low=low, high=high, minutes=evidence.minutes),
+                           low=low, high=high, minutes=evidence.minutes) if evidence.minutes is not None else
+                   wording("It goes with the parts since the tool was set, from {low} to {high}.", low=low, high=high),
         Over.TEMPERATURE: wording("It goes with {signal}, from {low} to {high}.",
                                   signal=way.signal, low=low, high=high) if way.signal else
                           wording("It changes steadily over the parts, from {low} to {high}.", low=low, high=high),

@@ -144,6 +144,14 @@ def without_tools(whole: SeenSeries) -> SeenSeries:
 ONE_SETTING = Shop(tools=("T1",), parts=6, set_anew=(), cut_mm=0.0005)
 
 
+def test_no_minutes_are_stated_where_none_are_recorded() -> None:
+    whole = series(Wrong(Fault.WEAR, 0.015, "T1"), shop=ONE_SETTING)
+    untimed = replace(whole, parts=tuple(replace(part, minutes_in_cut={}) for part in whole.parts))
+    (wear,) = (candidate for candidate in judge(untimed).candidates if candidate.cause.key == "tool-wear")
+    (said,) = (line for line in wear.supports if line.startswith("It goes with"))
+    assert "with the parts since the tool was set" in said and " min" not in said
+
+
 @pytest.mark.parametrize("size_mm", [0.012, -0.006])
 def test_a_tool_set_off_is_first_though_nothing_names_the_tool(size_mm: float) -> None:
     found = judge(without_tools(series(Wrong(Fault.TOOL_OFFSET, size_mm, "T1"), shop=ONE_SETTING)))
