@@ -251,6 +251,8 @@ def test_components_of_a_second_part_are_what_its_program_moves(tmp_path: Path) 
     assert offset["tool"] == 1 and not offset["blocks"]
     asked = text.replace('"o1/record.json"', '"o2/record.json"\ncut_by = "wear"')
     job.write_text(asked)
+    said = run("offsets", "program", tmp_path / "o2" / "record.json", status=3)
+    assert "OFS-NONE" in said and "no offset can carry it" in said
     assert "CMP-CUT-WITH" in run("compensate", job, "-o", tmp_path / "o3", "--no-store", status=3)
     first, second = (json.loads((tmp_path / name / "report.json").read_text())["components"] for name in ("o1", "o2"))
     for before, now in zip(first, second, strict=True):

@@ -200,9 +200,10 @@ def offset_of(correction: Path) -> tuple[Record, ToolOffset]:
     offset = record.tool_offset
     if offset is None or not offset.makes_the_correction:
         what = "the contour" if offset is not None else "no tool offset"
+        instead = 'to correct by the offset instead: `compensation.by = "offset"` in the job'
         raise Code.OFS_NONE.refusal(
             f"correction {record.id} is made by {what}: its program is run with the tool's offset as it is",
-            hint='to correct by the offset instead: `compensation.by = "offset"` in the job',
+            hint=instead if offset is not None else "run the program of the correction: no offset can carry it",
             place=Place(str(correction)),
         )
     if not offset.tool:
