@@ -5,6 +5,7 @@ by line. A line of a text over several lines that looks like a key is taken for 
 """
 
 import difflib
+import itertools
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -270,10 +271,22 @@ def _syntax_error(text: str, path: Path, code: Code, error: ValueError | Recursi
     return code.refusal(message, hint=SYNTAX_HINT, place=Place(str(path), line, column))
 
 
+ALTERNATIVE: Final = re.compile(r"[A-Z]\w*Table$|tuple\[|(constrained-)?int$")
+"""A part of a mistake's location that names one of several forms of a value, and no key."""
+
+
 def _first(error: ValidationError) -> ErrorDetails:
-    """The first mistake; an unknown key before all others, because it is why another one is missing."""
+    """The first mistake; an unknown key before all others, because it is why another one is missing. Of a value that
+    may have several forms the mistake that is farthest inside: the form that was meant.
+    """
     mistakes = error.errors()
-    return next((mistake for mistake in mistakes if mistake["type"] == "extra_forbidden"), mistakes[0])
+    first = next((mistake for mistake in mistakes if mistake["type"] == "extra_forbidden"), mistakes[0])
+    above = tuple(itertools.takewhile(lambda part: not ALTERNATIVE.match(str(part)), first["loc"]))
+    if len(above) < len(first["loc"]):
+        of_value = [one for one in mistakes if one["loc"][: len(above)] == above]
+        first = max(of_value, key=lambda one: (len(one["loc"]), one["type"] == "extra_forbidden"))
+        first["loc"] = tuple(part for part in first["loc"] if not ALTERNATIVE.match(str(part)))
+    return first
 
 
 def _said(mistake: ErrorDetails, model: type[BaseModel]) -> tuple[str, str | None]:

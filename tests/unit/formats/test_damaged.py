@@ -66,6 +66,35 @@ def test_what_is_no_number_or_date_of_a_surface_is_refused(path: Path, table: st
     assert refusal.code is Code.JOB_KEY and f"{table}.{line.split(' =', maxsplit=1)[0]}" in refusal.message
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'file = "nominal.step"',
+            'file = "nominal.step"\nface = [3, 0]',
+            "'surface.face.1': Input should be greater than",
+        ),
+        (
+            'file = "nominal.step"',
+            'file = "nominal.step"\nface = "3"',
+            "'surface.face': Input should be a valid integer",
+        ),
+        (
+            "[cutter]\nradius_mm = 3.0",
+            "[[cutter]]\ntool = 1\nradius_mm = -3.0",
+            "'cutter.0.radius_mm': Input should be",
+        ),
+        ("[cutter]\nradius_mm = 3.0", "[[cutter]]\ntool = 1\nradius = 3.0", "'cutter.0.radius' is no key"),
+    ],
+)
+def test_of_one_value_or_several_the_one_that_is_wrong_is_named(path: Path, old: str, new: str, message: str) -> None:
+    whole = (EXAMPLES / "surface/surface.toml").read_text()
+    assert old in whole
+    path.write_text(whole.replace(old, new))
+    refusal = refused(read_surface_job, path)
+    assert message in refusal.message and refusal.place.line is not None
+
+
 def test_a_time_is_read_in_its_zone_and_a_whole_number_is_a_number(path: Path) -> None:
     job = read_turned_job(_job(path, "gauging", "measured_at = 2026-03-01T08:30:00+02:00"))
     assert job.gauging.measured_at == datetime(2026, 3, 1, 6, 30, tzinfo=UTC)
