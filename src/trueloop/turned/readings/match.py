@@ -36,7 +36,7 @@ NO_ERRORS: Final = {
     Quantity.FORM: "form is no error of one place of the profile",
     Quantity.POSITION: "a coordinate is no size; only that of a face along the axis is used, where the face is named",
     Quantity.OTHER: "what it is the size of is not known: a column of quantities, the heading of its values or its "
-    "name says so, as `Ø`, `Diameter`, `Length`",
+    "name says so, as `Ø`, `Diameter`, `Length`, or a mapping",
 }
 FROM: Final = " from "
 CENTRED_MM: Final = 1.0

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, StatedFacts
@@ -31,6 +32,25 @@ def test_the_unit_is_asked_for(tmp_path: Path) -> None:
         _read(tmp_path, "01A+00000.5000\n")
     assert refusal.value.code is Code.MSR_UNIT
     assert _read(tmp_path, "01A+00000.5000\n", unit="inch").inspections[0].readings[0].actual == pytest.approx(12.7)
+
+
+def test_a_mapping_states_what_a_channel_holds(tmp_path: Path) -> None:
+    """In inches: a diameter at z = -4 in, and a length as the deviation from 3 in."""
+    mapping = tmp_path / "gauge.toml"
+    mapping.write_text(
+        'unit = "inch"\n[variables.01]\nfeature = "seat"\nquantity = "diameter"\nz = -4.0\n[variables.02]\n'
+        'feature = "shoulder"\nother = "end"\nquantity = "length"\nholds = "deviation"\nnominal = 3.0\n'
+    )
+    text = "01A+00001.7335\n02A-00000.0010\n01A+00001.7336\n"
+    diameter, length, again = _read(tmp_path, text, mapping=mapping).inspections[0].readings
+    assert (diameter.feature, diameter.quantity, again.repeat) == ("seat", Quantity.DIAMETER, 2)
+    assert (diameter.actual, diameter.place_mm[0]) == pytest.approx((1.7335 * 25.4, -101.6))
+    assert (length.other, length.quantity) == ("end", Quantity.LENGTH)
+    assert (length.actual, length.nominal) == pytest.approx((2.999 * 25.4, 76.2))
+    mapping.write_text(mapping.read_text().replace("variables.02", "variables.03"))
+    with pytest.raises(TrueloopError, match="the channel '03'") as refusal:
+        _read(tmp_path, text, mapping=mapping)
+    assert refusal.value.code is Code.MSR_VALUE and refusal.value.hint == "its channels are 01, 02"
 
 
 def test_a_line_that_was_cut_is_reported(tmp_path: Path) -> None:

@@ -120,6 +120,28 @@ def meaning_of(stated: StatedFacts) -> Meaning:
     return read_tables(stated.mapping, Meaning, Code.MSR_MAPPING, hint=HINT)
 
 
+def reading_of(name: str, table: VariableTable, value: float, line: int, *, mm_per_unit: float) -> Reading:
+    """Returns a value as the reading that its table states, a deviation with the table's nominal value on."""
+    scale = (1.0 if table.quantity is Quantity.ANGLE else mm_per_unit) * (0.5 if table.x_is == "diameter" else 1.0)
+
+    def scaled(number: float | None) -> float | None:
+        return None if number is None else number * scale
+
+    return Reading(
+        characteristic=name,
+        quantity=table.quantity,
+        actual=(value + (table.nominal or 0.0) if table.holds == "deviation" else value) * scale,
+        nominal=scaled(table.nominal),
+        lower_limit=scaled(table.lower_limit),
+        upper_limit=scaled(table.upper_limit),
+        feature=table.feature,
+        other=table.other,
+        axis=table.axis,
+        place_mm=() if table.z is None else (table.z * mm_per_unit,),
+        line=line,
+    )
+
+
 def unit_of(stated: StatedFacts, meaning: Meaning, path: Path) -> Unit:
     """The unit of the file's lengths. Raises MSR-UNIT where it is not stated, or stated twice and differently."""
     units = {unit for unit in (stated.unit, meaning.unit) if unit is not None}

@@ -14,7 +14,6 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Final
 
-from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Reading
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.controls.meaning import (
@@ -23,6 +22,7 @@ from trueloop.formats.inspections.controls.meaning import (
     inspection_of,
     meaning_of,
     not_stated,
+    reading_of,
     unit_of,
 )
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
@@ -216,29 +216,11 @@ class _Dump:
         return [Remark(said, others[0].line)] if others else []
 
     def _reading(self, name: str, table: VariableTable, value: float, line: int) -> Reading:
-        scale = (1.0 if table.quantity is Quantity.ANGLE else self.mm_per_unit) * _half(table)
         nominal = self._variable(table.nominal_in).value if table.nominal_in else table.nominal
-        if table.holds == "deviation":
-            if nominal is None:
-                raise self._refusal(f"{name} is a deviation, and {table.nominal_in}, its nominal value, is empty", line)
-            value += nominal
-
-        def scaled(number: float | None) -> float | None:
-            return None if number is None else number * scale
-
-        return Reading(
-            characteristic=_called(name, table),
-            quantity=table.quantity,
-            actual=value * scale,
-            nominal=scaled(nominal),
-            lower_limit=scaled(table.lower_limit),
-            upper_limit=scaled(table.upper_limit),
-            feature=table.feature,
-            other=table.other,
-            axis=table.axis,
-            place_mm=() if table.z is None else (table.z * self.mm_per_unit,),
-            line=line,
-        )
+        if table.holds == "deviation" and nominal is None:
+            raise self._refusal(f"{name} is a deviation, and {table.nominal_in}, its nominal value, is empty", line)
+        table = table.model_copy(update={"nominal": nominal})
+        return reading_of(_called(name, table), table, value, line, mm_per_unit=self.mm_per_unit)
 
     def _coordinates(self, point: str) -> dict[str, float | None]:
         """A point's coordinates by axis; None where the variable is empty. Raises MSR-VALUE where x or z has none."""
