@@ -46,6 +46,15 @@ def test_a_series_names_what_changes_from_hole_to_hole(tmp_path: Path) -> None:
     ]
 
 
+def test_a_series_that_begins_at_a_height_the_program_does_not_state(tmp_path: Path) -> None:
+    """R and Z of the block are positions. Under G91 R would count from that height: refused."""
+    source = "G21 G90 G00 X0. Y0.\nG81 X100. Y10. Z-5. R2. F100.\nX200.\nG80\nM30\n"
+    wanted = ["G81 X100.010 Y10. Z-4.995 R2.012 F100.", "X200.020 R2.022 Z-4.985"]
+    assert body(tmp_path, source, "fanuc-mill")[1:3] == wanted
+    with pytest.raises(TrueloopError, match="Z has no position yet in the cut"):
+        body(tmp_path, source.replace("\nX200.", "\nG91 X100."), "fanuc-mill")
+
+
 def test_heights_given_under_g90_stay_where_they_are_under_g91(tmp_path: Path) -> None:
     """Three more holes at X 0 need no word; at X 100 R is 2.012 - 20.020 and Z is -4.995 - 2.012, and both stay."""
     source = "G21 G90\nG0 X0. Y0. Z20.\nG98 G81 Z-5. R2. F100.\nG91 Y10. L3\nX100.\nG90 Y20.\nG80\nM30\n"
