@@ -224,6 +224,13 @@ def _nominals(
             hint="name every face once",
             values={"key": "surface.face"},
         )
+    if len(numbers) > 1 and path.suffix.lower() == ".csv":
+        raise Code.SRF_CAD_CHOICE.refusal(
+            f"{path.name!r} is a grid of points, 1 surface, and surface.face names {len(numbers)} faces",
+            hint="leave surface.face out, or name the part's STEP or IGES in surface.file",
+            place=Place(str(path)),
+            values={"file": path.name, "faces": 1},
+        )
     found = [_nominal(path, number, flip=flip) for number in numbers]
     return [surface for surface, _ in found], tuple(face for _, face in found if face is not None)
 
