@@ -11,8 +11,16 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.memory.level.kalman import best_correction, cautious, learned, moved_on, predicted, unknown
-from trueloop.memory.level.step import TURNING, LevelPrior
+from trueloop.memory.level.kalman import (
+    TURNING,
+    LevelPrior,
+    best_correction,
+    cautious,
+    learned,
+    moved_on,
+    predicted,
+    unknown,
+)
 
 Rule: TypeAlias = Callable[[Array, Array, bool], Array]
 """(error, correction, set before this part) → correction of the next part."""

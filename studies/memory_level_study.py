@@ -6,7 +6,7 @@ import numpy as np
 
 from scripts.memory_rules import RIVALS, Maker, Memory, averaging, known_gain, run
 from trueloop.arrays import Array
-from trueloop.memory.level.step import TURNING
+from trueloop.memory.level.kalman import TURNING
 from trueloop.units import UM_PER_MM
 from trueloop_lab.simulator.series import Series, Shop, draw
 

@@ -22,8 +22,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.record import sha256_of
 from trueloop.jobs.factory.by_hand import made_before
 from trueloop.jobs.factory.hand_job import AskedPart
-from trueloop.jobs.milled import entries_for_next_part, read_milled
-from trueloop.jobs.milled_words import entry_lines
+from trueloop.jobs.milled import entries_for_next_part, entry_lines, read_milled
 from trueloop.jobs.monitor.certificate import certificate_of
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job, compensate_part

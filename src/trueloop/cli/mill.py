@@ -41,8 +41,7 @@ def entries(
     standard uncertainty. The record, entries.json, tells the job of the next part what had been entered.
     """
     from trueloop.formats.outputs import write_all
-    from trueloop.jobs.milled import RECORD, entries_for_next_part, read_milled, record_of
-    from trueloop.jobs.milled_words import entry_lines, proposal_notes
+    from trueloop.jobs.milled import RECORD, entries_for_next_part, entry_lines, proposal_notes, read_milled, record_of
 
     with busy(f"reading {job}"):
         read = read_milled(job)

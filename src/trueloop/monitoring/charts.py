@@ -6,6 +6,10 @@ have about 370 values between false alarms, as a Shewhart chart has at 3 σ.
 Nelson's eight tests for special causes [L. S. Nelson, Journal of Quality Technology 16 (1984) 237].
 
 Each marks the value at which its pattern is complete. Values are in standard deviations about the centre.
+
+The statistics that charts plot, from values in units of their standard deviation about their centre.
+
+All functions work along the last axis, so that many series are charted at once, as in simulations of run lengths.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,7 +21,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from trueloop.arrays import Array, Flags, by_content
 from trueloop.errors import Code
-from trueloop.monitoring import statistics_of_charts as plotted
 from trueloop.wording import wording
 
 
@@ -155,7 +158,7 @@ def baseline(values: Sequence[float] | Array) -> Baseline:
     for values that are all equal.
     """
     given = np.asarray(values, dtype=np.float64)
-    sigma = float(plotted.moving_range(given).mean() / D2) if len(given) > 1 else 0.0
+    sigma = float(ranges(given).mean() / D2) if len(given) > 1 else 0.0
     if len(given) < FEWEST or sigma == 0.0:
         raise Code.MON_FEW.refusal(
             f"{len(given)} values with a mean moving range of {sigma * D2:g} say no standard deviation",
@@ -177,12 +180,12 @@ def moving_range(values: Array, base: Baseline) -> Chart:
     """Charts the moving range of two [ISO 7870-2]: the difference of one value from the one before, up to D4 = 3.267
     mean ranges. The first value has none: nan. An alarm repeats that of the individuals at one outlier.
     """
-    ranges = np.concatenate([[np.nan], plotted.moving_range(np.asarray(values, dtype=np.float64))])[: len(values)]
+    moved = np.concatenate([[np.nan], ranges(np.asarray(values, dtype=np.float64))])[: len(values)]
     centre, high = D2 * base.sigma, (D2 + SHEWHART * D3) * base.sigma
-    found = _beyond(MOVING_RANGE, ranges > high, wording("differs from the value before by more than 3.7 σ"))
+    found = _beyond(MOVING_RANGE, moved > high, wording("differs from the value before by more than 3.7 σ"))
     return Chart(
         name=MOVING_RANGE,
-        plotted=ranges,
+        plotted=moved,
         centre=centre,
         low=np.zeros(len(values)),
         high=np.full(len(values), high),
@@ -192,8 +195,8 @@ def moving_range(values: Array, base: Baseline) -> Chart:
 
 def ewma(values: Array, base: Baseline, weight: float = EWMA_WEIGHT, width: float = EWMA_WIDTH) -> Chart:
     """Charts the weighted average of all values so far [ISO 7870-6]; limits follow its own standard deviation."""
-    z = plotted.ewma(_z(values, base), weight)
-    sigma = plotted.ewma_sigma(weight, len(values))
+    z = moving_average(_z(values, base), weight)
+    sigma = ewma_sigma(weight, len(values))
     said = wording("the weighted average is beyond {width} of its σ", width=f"{width:g}")
     found = _beyond("EWMA", np.abs(z) > width * sigma, said)
     return _chart("EWMA", base.centre + base.sigma * z, base.centre, width * base.sigma * sigma, found)
@@ -203,7 +206,7 @@ def cusum(
     values: Array, base: Baseline, allowance: float = CUSUM_ALLOWANCE, interval: float = CUSUM_INTERVAL
 ) -> tuple[Chart, Chart]:
     """Sums of what exceeds `allowance` σ above and below [ISO 7870-4], upwards from 0; alarms beyond `interval` σ."""
-    up, down = plotted.cusum(_z(values, base), allowance)
+    up, down = cusum_sums(_z(values, base), allowance)
     half = np.full(len(values), interval * base.sigma)
     parts = (
         ("CUSUM upwards", up, wording("the values have been above the centre for long")),
@@ -231,3 +234,38 @@ def _chart(name: str, values: Array, centre: float, half: Array, alarms: Sequenc
         high=centre + half,
         alarms=ordered,
     )
+
+
+FAST_START: Final = 0.0
+"""The start of both sums of a CUSUM: at zero, without head start."""
+
+
+def ranges(z: Array) -> Array:
+    """Differences of neighbours without sign, one fewer than values."""
+    return np.abs(np.diff(z, axis=-1))
+
+
+def moving_average(z: Array, weight: float) -> Array:
+    """Returns the exponentially weighted average from the centre: y = (1 − weight)·y + weight·z [Roberts 1959]."""
+    from scipy.signal import lfilter
+
+    filtered: Array = lfilter([weight], [1.0, weight - 1.0], z, axis=-1)
+    return filtered
+
+
+def ewma_sigma(weight: float, count: int) -> Array:
+    """Returns the standard deviation of that average at the first `count` values, for deviation 1, (count,)."""
+    k = np.arange(1, count + 1)
+    sigma: Array = np.sqrt(weight / (2.0 - weight) * (1.0 - (1.0 - weight) ** (2 * k)))
+    return sigma
+
+
+def cusum_sums(z: Array, allowance: float) -> tuple[Array, Array]:
+    """Returns the sums of a tabular CUSUM, upwards and downwards, ≥ 0 [Page 1954]: S = max(0, S ± z − allowance)."""
+    up, down = np.zeros_like(z), np.zeros_like(z)
+    above = below = np.full(z.shape[:-1], FAST_START)
+    for k in range(z.shape[-1]):
+        above = np.maximum(0.0, above + z[..., k] - allowance)
+        below = np.maximum(0.0, below - z[..., k] - allowance)
+        up[..., k], down[..., k] = above, below
+    return up, down

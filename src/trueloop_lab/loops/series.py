@@ -11,8 +11,7 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.part import PartType
 from trueloop.loops.post_process.series import MadePart, Series
 from trueloop.loops.post_process.tracked import RULES, Replay, replayed
-from trueloop.memory.level.kalman import steps_as_they_come
-from trueloop.memory.level.step import TURNING, LevelPrior, PartReading, Step
+from trueloop.memory.level.kalman import TURNING, LevelPrior, PartReading, Step, steps_as_they_come
 from trueloop.report.series.values import SeriesShape, replay_shape
 from trueloop.units import UM_PER_MM
 from trueloop_lab.simulator.series import Event, Shop, What, draw

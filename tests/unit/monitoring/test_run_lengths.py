@@ -7,8 +7,16 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array, Flags
-from trueloop.monitoring.charts import CUSUM_ALLOWANCE, CUSUM_INTERVAL, EWMA_WEIGHT, EWMA_WIDTH, RULES
-from trueloop.monitoring.statistics_of_charts import cusum, ewma, ewma_sigma
+from trueloop.monitoring.charts import (
+    CUSUM_ALLOWANCE,
+    CUSUM_INTERVAL,
+    EWMA_WEIGHT,
+    EWMA_WIDTH,
+    RULES,
+    cusum_sums,
+    ewma_sigma,
+    moving_average,
+)
 
 RUNS = 8000
 """The mean run length of as many runs has a standard deviation of 1.1 % of itself."""
@@ -26,11 +34,11 @@ class Published:
 
 def _ewma(weight: float, width: float) -> Callable[[Array], Flags]:
     """With the limits that hold after many values, as in the tables."""
-    return lambda z: np.abs(ewma(z, weight)) > width * ewma_sigma(weight, 10_000)[-1]
+    return lambda z: np.abs(moving_average(z, weight)) > width * ewma_sigma(weight, 10_000)[-1]
 
 
 def _cusum(allowance: float, interval: float) -> Callable[[Array], Flags]:
-    return lambda z: np.maximum(*cusum(z, allowance)) > interval
+    return lambda z: np.maximum(*cusum_sums(z, allowance)) > interval
 
 
 def _nelson(*numbers: int) -> Callable[[Array], Flags]:
@@ -69,7 +77,7 @@ def test_run_lengths_are_those_published(published: Published, shift: float) -> 
 
 def test_the_charts_as_they_are_set_run_as_long_as_shewharts() -> None:
     def sensitive(z: Array) -> Flags:
-        return np.abs(ewma(z, EWMA_WEIGHT)) > EWMA_WIDTH * ewma_sigma(EWMA_WEIGHT, z.shape[-1])
+        return np.abs(moving_average(z, EWMA_WEIGHT)) > EWMA_WIDTH * ewma_sigma(EWMA_WEIGHT, z.shape[-1])
 
     for marks in (sensitive, _cusum(CUSUM_ALLOWANCE, CUSUM_INTERVAL)):
         assert mean_run_length(marks, 0.0, 370.4) == pytest.approx(370.4, rel=CLOSE)

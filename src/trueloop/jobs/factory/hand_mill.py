@@ -19,9 +19,8 @@ from trueloop.jobs.factory.by_hand import problem_of, question_of
 from trueloop.jobs.factory.hand_job import JOB, MAPPING, SHEET, AskedMilled, MilledReadings, MillJob
 from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
 from trueloop.jobs.factory.uploads import HandedFile, safe_name, upload_of
-from trueloop.jobs.milled import RECORD, entries_for_next_part, read_milled, record_of
+from trueloop.jobs.milled import RECORD, entries_for_next_part, entry_lines, proposal_notes, read_milled, record_of
 from trueloop.jobs.milled_new import ProposedJob, new_milled_job
-from trueloop.jobs.milled_words import entry_lines, proposal_notes
 from trueloop.milled.entries import ExpectedSize
 from trueloop.milled.feature import PAIRS, ROUND, MilledFeature
 from trueloop.report.texts.texts import Texts

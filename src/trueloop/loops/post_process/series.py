@@ -21,7 +21,7 @@ from trueloop.domain.option import Option
 from trueloop.domain.part import PartType
 from trueloop.domain.proposal import ProposalClass
 from trueloop.errors import Code, Finding, Severity
-from trueloop.memory.level.step import PartReading
+from trueloop.memory.level.kalman import PartReading
 
 
 class Parameter(StrEnum):

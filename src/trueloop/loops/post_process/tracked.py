@@ -18,8 +18,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.life import Identity
 from trueloop.loops.post_process.series import MadePart, Series
-from trueloop.memory.level.kalman import steps, steps_as_they_come
-from trueloop.memory.level.step import TURNING, LevelPrior, PartReading, Step
+from trueloop.memory.level.kalman import TURNING, LevelPrior, PartReading, Step, steps, steps_as_they_come
 from trueloop.monitoring.capability import nearer_limit
 from trueloop.statistics import NORMAL_95, rms
 

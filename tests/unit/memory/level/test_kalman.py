@@ -11,8 +11,18 @@ from hypothesis import strategies as st
 
 from trueloop.arrays import Array
 from trueloop.memory.level import kalman
-from trueloop.memory.level.kalman import best_correction, cautious, learned, moved_on, predicted, steps, unknown
-from trueloop.memory.level.step import TURNING, LevelPrior, PartReading
+from trueloop.memory.level.kalman import (
+    TURNING,
+    LevelPrior,
+    PartReading,
+    best_correction,
+    cautious,
+    learned,
+    moved_on,
+    predicted,
+    steps,
+    unknown,
+)
 
 CERTAIN = LevelPrior(0.020, 0.003, 0.0005, log_sd=1e-9)
 """Scatter and drift known: one filter, whatever the grid."""
