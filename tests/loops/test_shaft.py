@@ -561,6 +561,30 @@ def test_a_digit_typed_wrong_beside_another_reading_of_the_cylinder_is_named(
     assert "stands apart" not in run("compensate", job, "--no-store")
 
 
+@pytest.mark.parametrize(
+    ("column", "factor", "said"),
+    [
+        ("error_um", 1.0, ""),
+        (
+            "error_um",
+            1e-3,
+            "All 2 touches have errors below 0.3 µm: were they measured, and is the unit of their column",
+        ),
+        ("error_mm", 1.0, "micrometres in a column of millimetres?"),
+    ],
+)
+def test_errors_in_a_column_of_another_unit_are_asked_about(
+    column: str, factor: float, said: str, tmp_path: Path
+) -> None:
+    """Errors of 15 and 14 µm as stated, written as mm under µm (a correction of nothing), and as µm under mm."""
+    job = shaft_with(tmp_path, SIX)
+    rows = f"a,seat-44,22,-105,{15 * factor}\nb,seat-36,18,-60,{14 * factor}\n"
+    (tmp_path / "t.csv").write_text(f"point,feature,nominal_x_mm,nominal_z_mm,{column}\n{rows}")
+    job.write_text(job.read_text().replace('readings = "readings.csv"', 'touches = "t.csv"'))
+    told = run("compensate", job, "--no-store", status=3 if column == "error_mm" else 0)
+    assert said in told and ("All 2 touches" in told) == said.startswith("All")
+
+
 def test_a_reading_typed_wrong_between_touches_is_named(tmp_path: Path) -> None:
     """Touches of +15 and +14 µm, and 44.129 read between them, an error of 64.5 µm: its line is named, no touch."""
     touches = "point,feature,nominal_x_mm,nominal_z_mm,error_um\na,seat-44,22,-105,15\nb,seat-44,22,-85,14\n"

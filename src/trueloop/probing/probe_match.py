@@ -222,17 +222,20 @@ def _order_findings(
     plan: ProbePlan, owner: "np.ndarray[tuple[int], np.dtype[np.intp]]", lines: Sequence[int]
 ) -> tuple[Finding, ...]:
     turned = np.flatnonzero(np.diff(owner) < 0)
-    return tuple(
+    if not len(turned):
+        return ()
+    k = int(turned[0])
+    point, before = (plan.touches[int(owner[one])].point for one in (k + 1, k))
+    more = f", and {len(turned) - 1} more" if len(turned) > 1 else ""
+    return (
         Finding(
             Severity.WARNING,
             Code.PRB_ORDER,
-            f"point {plan.touches[int(owner[k + 1])].point!r} was touched after {plan.touches[int(owner[k])].point!r}, "
-            "against the plan",
+            f"point {point!r} was touched after {before!r}, against the plan{more}",
             "was the program changed? The touches were put in order by where they lie",
-            Place(line=lines[int(k) + 1]),
-            values={"point": plan.touches[int(owner[k + 1])].point, "before": plan.touches[int(owner[k])].point},
-        )
-        for k in turned
+            Place(line=lines[k + 1]),
+            values={"point": point, "before": before},
+        ),
     )
 
 

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.domain.option import Limits
@@ -32,6 +34,7 @@ from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.vectors import assumed_words, require_places, warm_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
+from trueloop.units import UM_PER_MM
 from trueloop.wording import shell_word, wording
 
 
@@ -87,11 +90,29 @@ class ReadReadings:
         """Touches and readings as error vectors, and all notes. Raises MSR errors."""
         if not self.matched:
             assert touches is not None  # a job has one of both
-            return touches, self.notes
+            return touches, (*self.notes, *_tiny_words(touches))
         with in_file(self.file):
             vectors, notes = with_readings(profile, self.matched, touches, self.gauging)
             require_places(self.matched, vectors)
         return replace(vectors, file=vectors.file or self.file), (*self.notes, *notes)
+
+
+TINY_MM: Final = 3e-4
+"""No touch repeats to less; errors in millimetres that are read as micrometres are smaller."""
+
+
+def _tiny_words(touches: ErrorVectors) -> tuple[str, ...]:
+    """Returns a note where all of several touches have errors below `TINY_MM`."""
+    if len(touches.point) < 2 or float(np.max(np.abs(touches.error_mm))) >= TINY_MM:
+        return ()
+    return (
+        wording(
+            "All {n} touches have errors below {limit:.1f} µm: were they measured, and is the unit of their column "
+            "right?",
+            n=len(touches.point),
+            limit=TINY_MM * UM_PER_MM,
+        ),
+    )
 
 
 def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:

@@ -84,7 +84,9 @@ def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, expecte
     k = int(np.argmax(np.abs(error)))
     raise Code.TCH_OFF_PROFILE.refusal(
         f"touch {touches[k].point!r} has a part error of {error[k]:.3f} mm; at most {CREDIBLE_ERROR_MM} mm is credible",
-        hint="check the frame of the measured points, the ball radius and `gauging.measured_allowance_mm`",
+        hint="check the frame of the measured points, the ball radius and `gauging.measured_allowance_mm`"
+        if touches[k].error_mm is None
+        else "micrometres in a column of millimetres? The header names the unit: error_um, error_mm, error_in",
         place=Place(line=touches[k].line),
         values={"point": touches[k].point, "off_mm": float(error[k]), "limit_mm": CREDIBLE_ERROR_MM},
     )

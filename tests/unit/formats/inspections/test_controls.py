@@ -180,6 +180,12 @@ def test_dprnt_words_blanks_and_runs(tmp_path: Path) -> None:
     assert "x_is" in refused(Code.MSR_MEANING, tmp_path, log, unit="mm").hint
 
 
+def test_a_line_of_a_log_that_is_no_touch_is_named(tmp_path: Path) -> None:
+    log = "".join(f"X 44.0{k}1Z-10{k}.000\n" for k in range(5)) + "X *****Z-85.000\n"
+    found = refused(Code.MSR_VALUE, tmp_path, log, '[log]\nx_is = "diameter"\n', "mm")
+    assert found.place.line == 6 and "'X *****Z-85.000': no touch" in found.message
+
+
 def test_siemens_log_has_exponents_and_says_a_missed_touch(tmp_path: Path) -> None:
     file = read(tmp_path, "X1.25EX1 Z-3\nMISSED\n", '[log]\nx_is = "radius"\n', "mm")
     assert file.inspections[0].points[0].measured_mm == (12.5, 0.0, -3.0)

@@ -34,6 +34,8 @@ FIELD: Final = r"[-+]?\s*(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:EX?[-+]?\d+)?"
 WORD: Final = re.compile(rf"([A-Z])\s*({FIELD})", re.IGNORECASE)
 WORDS: Final = re.compile(rf"\s*(?:[XYZ]\s*{FIELD}\s*){{2,3}}", re.IGNORECASE)
 PASSED: Final = re.compile(r"\s*(?:%|MISSED|POPEN|PCLOS)?\s*", re.IGNORECASE)
+WORDED: Final = 0.8
+"""Share of the lines that are touches, above which the others are taken for touches that cannot be read."""
 MISSED: Final = re.compile(r"\s*MISSED\s*", re.IGNORECASE)
 BETWEEN_RUNS: Final = re.compile(r"\s*%\s*")
 """Fanuc sends it at POPEN and at PCLOS."""
@@ -85,7 +87,7 @@ FORMAT: Final = Format("log of positions of a control", recognises, read)
 
 def _kind(lines: list[str]) -> Kind | None:
     spoken = [line for line in lines if not PASSED.fullmatch(line)]
-    if spoken and all(WORDS.fullmatch(line) for line in spoken):
+    if spoken and sum(map(bool, map(WORDS.fullmatch, spoken))) > WORDED * len(spoken):
         return "words"
     counts = {len(words) for words in map(str.split, spoken) if all(map(NUMBER.fullmatch, words))} if spoken else set()
     bare = sum(all(map(NUMBER.fullmatch, line.split())) for line in spoken)
