@@ -70,5 +70,7 @@ tables = {one.characteristic: trueloop.to_frame(one.parts) for one in series.cha
 print({name: round(float(table["after_um"].mean()), 1) for name, table in tables.items()})
 
 # %%
-causes = trueloop.to_frame(trueloop.series_causes(store)[0].causes.candidates)
+(diagnosis,) = trueloop.series_causes(store)
+assert diagnosis.causes is not None, diagnosis.findings  # too few parts lead to no conclusion
+causes = trueloop.to_frame(diagnosis.causes.candidates)
 print(causes[["name", "probability"]].round(2).to_string(index=False))
