@@ -15,7 +15,7 @@ from trueloop.domain.part import PartType
 from trueloop.domain.record import GIVEN, Correction, CutWith, Product, Record, record_id, sha256_of
 from trueloop.domain.record import Program as RecordedProgram
 from trueloop.domain.tool import Tool
-from trueloop.errors import Code, Finding, Place, Severity
+from trueloop.errors import Code, Finding, Place, Severity, Unseen
 from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import refuse_misuse
 from trueloop.loops.surface.figures import SurfaceFigures, check_support, headline, support_record
@@ -338,7 +338,8 @@ def _decision(correction: SurfaceCorrection, cut_with: CutWith) -> list[str]:
 
 
 CODEC: Final = values.CODEC.with_more(
-    *(Correction, Limits, Finding, Severity, Code, Place, Surface, SurfaceOptions, SurfaceDeviations, Alignment),
+    *(Correction, Limits, Finding, Severity, Unseen, Code, Place, Surface, SurfaceOptions, SurfaceDeviations),
+    *(Alignment,),
     *(Separation, Trial, Neighbourhood, Places, SplineSurface, Size, Null, Normality, WorstTouch, OutlyingPoint),
     *(Pattern, Outlier, Support, Process, FieldProcess, OnFace, SurfaceFigures, SurfaceModel, SurfaceCorrection),
     *(CorrectedSurface, CorrectedProgram),
