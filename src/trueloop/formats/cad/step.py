@@ -107,7 +107,8 @@ def read_face(path: Path, number: int | None = None) -> CadFace:
         asked = "none was chosen" if number is None else f"face {number} was asked for"
         raise Code.SRF_CAD_CHOICE.refusal(
             f"{path.name!r} has {len(faces)} faces and {asked}",
-            hint=f"choose one with its number: {', '.join(map(str, faces[:20]))}",
+            hint="choose one with its number, for `compensate` all that the program cuts, as face = [2, 3]: "
+            + ", ".join(map(str, faces[:20])),
             place=Place(str(path)),
             values={"file": path.name, "faces": len(faces)},
         )

@@ -144,15 +144,16 @@ class SurfaceModel:
     def findings(self) -> tuple[Finding, ...]:
         """Returns the findings in the parts and between them."""
         if self.face is None:
-            return self._findings
+            return self.own_findings
         named = f"face {self.face}:"
         return tuple(
             one if named in one.message else replace(one, message=f"{self.of_face}{one.message}")
-            for one in self._findings
+            for one in self.own_findings
         )
 
     @property
-    def _findings(self) -> tuple[Finding, ...]:
+    def own_findings(self) -> tuple[Finding, ...]:
+        """Returns the findings without the number of the face."""
         own = [finding for part in self.parts for finding in part.findings]
         names = [part.deviations.name for part in self.parts]
         rigid = () if self.options.best_fit else rigid_findings(self.figures, names, self.options.setup_mm)
@@ -192,8 +193,15 @@ class SurfaceCorrection:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Returns the findings of the patterns and of the program."""
-        of_models = [finding for face in self.faces for finding in face.model.findings]
-        return (*of_models, *(() if self.program is None else self.program.findings))
+        models = [face.model for face in self.faces]
+        of_all = [one for one in models[0].own_findings if all(one in model.own_findings for model in models[1:])]
+        of_each = [
+            named
+            for model in models
+            for own, named in zip(model.own_findings, model.findings, strict=True)
+            if own not in of_all
+        ]
+        return (*of_all, *of_each, *(() if self.program is None else self.program.findings))
 
 
 def deviations_of(

@@ -220,10 +220,15 @@ def _fitted(
     return Alignment("best fit", alignment.rotation, alignment.shift_mm, centre, left), feet, moved_mm
 
 
+UNTOLD_MM: Final = 10.0
+"""A motion whose standard uncertainty is larger is not determined: no set-up is off by as much."""
+
+
 def _named(motion: Array, uncertainty_mm: float) -> str:
     """The motion's largest components, and how well the points determine it."""
     parts = [MOTIONS[k] for k in range(6) if abs(motion[k]) > PARTS] or [MOTIONS[int(np.argmax(np.abs(motion)))]]
-    return f"{' and '.join(parts)} (known to {uncertainty_mm:.2g} mm)"
+    known = f"known to {uncertainty_mm:.2g} mm" if uncertainty_mm < UNTOLD_MM else "not determined by the points"
+    return f"{' and '.join(parts)} ({known})"
 
 
 def _moved(alignment: Alignment, step_mm: Array, spread_mm: float) -> Alignment:
