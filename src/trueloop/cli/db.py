@@ -260,3 +260,4 @@ def _print(part: "Part", entries: "tuple[Entry, ...]") -> None:
 
 app = Group("The store: parts, edges, inspections, cuts, corrections. Kept for the next part.")
 app.add_all(init, import_, export, find, show, check, replace, backup, restore)
+app.removed("migrate", "`trueloop db export` by the version that wrote the store, then `trueloop db restore` here")

@@ -663,19 +663,5 @@ app.add(path_of_program, "path")
 app.add(check_program, "check")
 app.add(difference_of_programs, "diff")
 
-
-_REMOVED: Final = {
-    "translate": "post the program for the other control, and correct it with nc map",
-    "time": "it left out accelerations and tool changes: the control and the CAM system state the time",
-}
-
-
-def _removed(name: str, instead: str) -> None:
-    def refuse() -> None:
-        raise typer.BadParameter(f"nc {name} was removed: {instead}")
-
-    app.add(refuse, name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
-
-
-for _name, _instead in _REMOVED.items():
-    _removed(_name, _instead)
+app.removed("translate", "post the program for the other control, and correct it with `trueloop nc map`")
+app.removed("time", "it left out accelerations and tool changes: the control and the CAM system state the time")

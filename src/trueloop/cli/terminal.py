@@ -195,6 +195,14 @@ class Group(typer.Typer):
         for function in functions:
             self.add(function)
 
+    def removed(self, name: str, instead: str) -> None:
+        """Refuses a command of an earlier version, with what takes its place."""
+
+        def refuse() -> None:
+            raise typer.BadParameter(f"the command {name!r} was removed: {instead}")
+
+        self.add(refuse, name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+
 
 def reader_gone(end: BaseException) -> bool:
     """Returns whether stdout is closed: rich and click make a SystemExit of the broken pipe."""

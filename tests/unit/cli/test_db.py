@@ -304,3 +304,8 @@ def test_what_went_to_controls_is_found(folder: Path) -> None:
     assert [second[name] for name in said[3:6]] == ["refused", sha[:12], ""]
     assert rows("transfer", "--since", f"{AT + timedelta(days=1):%Y-%m-%d}") == []
     assert "STO-UNKNOWN" in output_of("db", "find", "transfer", "--serial", "7", status=ExitStatus.REFUSED)
+
+
+def test_the_removed_command_leads_to_export_and_restore() -> None:
+    told = invoke("db", "migrate", "--db", "shop.db", status=2).stderr
+    assert "`trueloop db export`" in told and "`trueloop db restore`" in told

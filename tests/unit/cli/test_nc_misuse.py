@@ -100,7 +100,7 @@ def test_a_program_does_not_command_the_terminal(program: Path, monkeypatch: pyt
 @pytest.mark.parametrize(("name", "instead"), [("translate", "nc map"), ("time", "CAM system")])
 def test_a_removed_command_names_what_to_use(program: Path, name: str, instead: str) -> None:
     told = invoke("nc", name, program, "--to", "siemens", status=2).stderr
-    assert f"nc {name} was removed" in told and instead in told
+    assert f"the command {name!r} was removed" in told and instead in told
 
 
 def test_columns_of_a_path_are_made_once() -> None:
