@@ -216,7 +216,7 @@ def to_frame(rows: Iterable[object]) -> Any:
             continue
         return frame([_columns(row) for row in rows])
     raise Code.OUT_FRAME.refusal(
-        "a DataFrame needs pandas or polars, and neither can be loaded", hint=install_command("notebook")
+        "a DataFrame needs a library, and neither 'pandas' nor 'polars' can be loaded", hint=install_command("notebook")
     )
 
 
