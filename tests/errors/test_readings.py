@@ -24,7 +24,8 @@ def _before_the_record() -> object:
     with tempfile.TemporaryDirectory() as folder:
         job = shaft_with(Path(folder), SIX, 'after_record = "record.json"\n')
         (Path(folder) / "record.json").write_text(
-            '{"id": "0", "product": "turned", "inputs_sha256": {}, "made_at": "2026-11-21T08:00:00+01:00", "made_by": "", "options": {}, '
+            '{"id": "0", "product": "turned", "inputs_sha256": {}, "made_at": "2026-11-21T08:00:00+01:00", '
+            '"made_by": "", "options": {}, '
             '"trueloop_version": "1", "model": {"curves": []}, "decision": [], "changes": [], "components": []}'
         )
         return read_job(job)

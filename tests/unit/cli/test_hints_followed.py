@@ -43,7 +43,8 @@ def test_a_misspelt_key_of_a_job_is_named_as_it_is_meant_and_the_name_is_taken(
 def test_a_part_measured_before_the_correction_that_is_stated_to_have_cut_it(tmp_path: Path) -> None:
     """MSR-OLD: leave out `gauging.after_record`, and state `programs.cut_with`."""
     record = (
-        '{"id": "0", "inputs_sha256": {}, "made_at": "2026-11-21T08:00:00+01:00", "made_by": "", "options": {}, '
+        '{"id": "0", "product": "turned", "inputs_sha256": {}, "made_at": "2026-11-21T08:00:00+01:00", '
+        '"made_by": "", "options": {}, '
         '"trueloop_version": "1", "model": {"curves": []}, "decision": [], "changes": [], "components": []}'
     )
     job = shaft_with(tmp_path, READINGS, 'after_record = "record.json"\n')

@@ -19,7 +19,7 @@ NAMED = re.compile(r"(?<![\w.])trueloop((?: [\w{}.:<>/=*,…-]+)+)")
 """`trueloop`, and what looks like a command and its arguments."""
 KEY = re.compile(r"(?<![\w./`])`?([a-z_]+(?:\.[a-z_][a-z0-9_]*)+)(?![\w./(])")
 """Table and key, as `part.serial`."""
-FILES = re.compile(r"\.(?:md|toml|csv|json|ngc|nc|img|db|hal|example|var|tbl|py|html)$")
+FILES = re.compile(r"\.(?:md|toml|csv|jsonl?|ngc|nc|img|db|hal|example|var|tbl|py|html)$")
 ELSEWHERE = {"term.choose", "terms.segments", "rtec.write"}
 """Keys of the machine's file, a pin of the corrector."""
 PROSE = {"in", "corrected", "and", "finds", "from", "of", "is", "was", "wrote", "as", "that", "offset"}

@@ -113,7 +113,7 @@ def test_findings_as_json(odd: Path) -> None:
     errors = [finding for finding in told["findings"] if finding["severity"] == "error"]
     assert told["errors"] == len(errors) > 0
     assert errors[0]["place"]["line"] == 4
-    assert set(errors[0]) == {"severity", "code", "message", "hint", "place", "values"}
+    assert set(errors[0]) == {"severity", "code", "message", "hint", "place", "values", "unseen"}
 
 
 def test_a_mistyped_file_name_is_answered_with_the_nearest(odd: Path) -> None:
