@@ -113,6 +113,13 @@ def test_the_block_after_a_tangent_arc_of_klartext_stays() -> None:
     assert explicit(text, "heidenhain").splitlines()[4:6] == ["CR X+10 Y+10 R+10.0000 DR+", "L M140 MB MAX"]
 
 
+def test_an_arc_of_klartext_in_another_plane_goes_about_a_pole() -> None:
+    """CR stays across the tool's axis: a quarter from (10, 5, -1) about (12, -1) in ZX ends at (12, -3)."""
+    text = "BEGIN PGM A MM\nTOOL CALL 1 Z S1\nL X+10 Y+5 Z-1 R0 F9\nCC X+12 Z-1\nCP IPA-90 DR-\nLP PR+4 PA+0\n"
+    written = explicit(text + "END PGM A MM\n", "heidenhain").splitlines()
+    assert written[3:6] == ["CC X+12 Z-1", "C X+12.0000 Z-3.0000 DR-", "L X+12.0000 Z+3.0000"]
+
+
 def test_a_sharp_corner_of_klartext_goes_about_a_pole() -> None:
     """The way turns by 180° - atan(4/3) = 126.87°: the rounding begins tan(63.43°) = 2 before (20, 0), about (18, -1),
     and ends 2 along (-3, -4) / 5 from there."""

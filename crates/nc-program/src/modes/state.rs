@@ -39,6 +39,8 @@ pub(crate) struct State {
     pub contouring: Contouring,
     /// The pole of polar coordinates, in the frame in which it was set.
     pub pole: [f64; 3],
+    /// Radius and angle about the pole as they were said last, in mm and radians.
+    pub polar_said: [f64; 2],
     /// X and Y are polar coordinates (G16).
     pub polar: bool,
     /// A loop of O words was left by `break`, and no `do` loop ended since.
@@ -151,6 +153,7 @@ impl State {
             touched: [f64::NAN; 3],
             contouring: Contouring::default(),
             pole: [0.0; 3],
+            polar_said: [f64::NAN; 2],
             polar: false,
             broke: false,
             pole_plane: modal.plane,

@@ -8,7 +8,7 @@ use crate::order::labels::{called, Direction};
 use crate::reading::names::{self, after, Name};
 use crate::reading::program::{Program, Word};
 use crate::run::Runner;
-use crate::values::parameters::Key;
+use crate::values::parameters::{Key, Type};
 
 /// The jumps, and which way each looks.
 const JUMPS: [(&[u8], Direction); 4] = [
@@ -202,7 +202,10 @@ impl Runner<'_> {
     fn declare(&mut self, at: usize) {
         let source = self.program.source();
         let space = |at: usize| names::skip_blank(source, at);
-        let mut at = space(names::name_end(source, space(at)).unwrap_or(at));
+        let start = space(at);
+        let mut at = names::name_end(source, start).unwrap_or(start);
+        let of = Type::of(&String::from_utf8_lossy(source.get(start..at).unwrap_or(&[])));
+        at = space(at);
         while let Some(end) = names::name_end(source, at) {
             let key = Key::named(source.get(at..end).unwrap_or(&[]));
             at = space(end);
@@ -211,7 +214,7 @@ impl Runner<'_> {
                 let (given, after) = self.value(at + 1);
                 (value, at) = (given, space(after));
             }
-            self.state.store.set(key, value);
+            self.state.store.declare(key, of, value);
             if source.get(at) != Some(&b',') {
                 return;
             }
@@ -223,12 +226,12 @@ impl Runner<'_> {
     pub(crate) fn call_named(&mut self, word: usize, request: &Request) {
         let Some(found) = self.program.words().get(word) else { return };
         let (name, repeats) = called(self.program, found);
+        let times = request.get(b'P').map(|times| times.round().max(0.0) as u64);
         let (severity, message) = match (self.labels().named_program(&name), repeats) {
             (Some(start), Some(repeats)) => {
-                let times = request.get(b'P').map_or(repeats, |times| times.round().max(0.0) as u64);
-                return self.visit(start, times);
+                return self.visit(start, times.unwrap_or(repeats));
             }
-            (Some(start), None) if self.call_procedure(start, word as i32) => return,
+            (Some(start), None) if self.call_procedure(start, times.unwrap_or(1), word as i32) => return,
             (Some(_), None) => (Severity::Warning, "a call with arguments is not followed".to_owned()),
             (None, _) => (Severity::Note, format!("program {} is not in this file", name.to_ascii_uppercase())),
         };
@@ -237,7 +240,7 @@ impl Runner<'_> {
     }
 
     /// `POCKET(10,R1)`: runs the program, whose `PROC POCKET(REAL L, REAL B=5)` names its arguments; whether it does so.
-    fn call_procedure(&mut self, start: usize, word: i32) -> bool {
+    fn call_procedure(&mut self, start: usize, times: u64, word: i32) -> bool {
         let program = self.program;
         let head = |word: &&Word| program.code(word) == Some(G::Procedure);
         let Some(head) = (start..start + 4).find_map(|block| program.words_of(block).iter().find(head)) else {
@@ -256,16 +259,15 @@ impl Runner<'_> {
             if given_back || given.get(index).is_some_and(|given| given.text.is_some()) {
                 return false;
             }
-            arguments.push((name.as_bytes().to_vec(), value));
+            arguments.push((name, Type::of(of.trim()), value));
         }
         if given.len() > arguments.len() {
             return false;
         }
         let depth = self.visits.len();
-        self.visit(start, 1);
-        if self.visits.len() > depth {
-            self.state.store.enter_procedure(&arguments);
-            self.owns_parameters();
+        self.visit(start, times);
+        for (name, of, value) in arguments.into_iter().filter(|_| self.visits.len() > depth) {
+            self.state.store.declare(Key::named(name.as_bytes()), of, value);
         }
         true
     }

@@ -126,8 +126,12 @@ impl Runner<'_> {
         if left == 0 || self.too_deep() {
             return;
         }
+        let own = self.program.dialect().flow == FlowStyle::Structured; // what it declares
+        if own {
+            self.state.store.enter_procedure();
+        }
         self.path.enter_call(self.block);
-        self.visits.push(Visit::Program { start, left, back: self.next, own: false, modal: false, saved: None });
+        self.visits.push(Visit::Program { start, left, back: self.next, own, modal: false, saved: None });
         (self.state.program_start, self.next) = (Some(start), start);
     }
 
@@ -170,7 +174,8 @@ impl Runner<'_> {
 
     /// Whether a call under way has parameters of its own.
     pub(crate) fn in_macro(&self) -> bool {
-        self.visits.iter().any(|visit| matches!(visit, Visit::Program { own: true, .. }))
+        self.program.dialect().flow == FlowStyle::Macro
+            && self.visits.iter().any(|visit| matches!(visit, Visit::Program { own: true, .. }))
     }
 
     /// The call just made has parameters of its own.

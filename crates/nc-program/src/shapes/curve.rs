@@ -69,32 +69,42 @@ impl Runner<'_> {
         }
     }
 
-    /// Reports polar coordinates of G16 that are not followed: blocks that are not between its code and its end as they
-    /// are written, other planes, and radii under increments, which count from where the tool stands.
+    /// Reports polar coordinates that are not followed: radii under increments, but of LinuxCNC; of G16 also blocks that are
+    /// not between its code and its end as they are written, other planes, and arcs by their centre.
     pub(crate) fn check_polar(&mut self, request: &Request, in_machine: bool) {
-        if self.program.dialect().flow != FlowStyle::Macro {
-            return;
+        let (modal, polar, flow) = (&self.state.modal, request.any(&POLAR), self.program.dialect().flow);
+        let by_mode = flow == FlowStyle::Macro;
+        if flow == FlowStyle::OWords && polar && modal.plane != Plane::Xy {
+            let message = "polar coordinates in another plane than G17".to_owned();
+            return self.refuse(finding::MISPLACED, self.block_start(), message, "write the end by its coordinates");
         }
-        let (modal, polar) = (&self.state.modal, request.any(&POLAR));
-        let from_tool = modal.incremental && request.any(&[POLAR_RADIUS]);
-        let wrong = polar && (!self.state.polar || modal.plane != Plane::Xy || from_tool);
-        let named = request.any(b"XY") && self.state.polar && !in_machine;
-        if wrong || named {
+        let counts_on = by_mode || flow == FlowStyle::Structured && request.reference(POLAR_RADIUS).is_none();
+        let from_tool = modal.incremental && counts_on && request.any(&[POLAR_RADIUS]);
+        let about = matches!(modal.motion, Motion::Clockwise | Motion::Counterclockwise) && request.any(b"IJ");
+        let wrong = by_mode && polar && (!self.state.polar || modal.plane != Plane::Xy || about);
+        let named = by_mode && request.any(b"XY") && self.state.polar && !in_machine;
+        if wrong || named || from_tool {
             let words = [b'X', b'Y', POLAR_RADIUS, POLAR_ANGLE].map(|letter| request.word(letter));
             self.unfollowed(words.into_iter().max().unwrap_or(INHERITED));
         }
     }
 
-    /// The end of a move given by radius and angle about the pole; what is not given stays as it is.
-    pub(crate) fn polar_target(&self, request: &Request, end: &mut [f64; 3], words: &mut [i32; 3]) {
+    /// The end of a move given by radius and angle about the pole; what is not given stays as it is: as it was said, where
+    /// the tool still stands there, since a radius below zero lies on the other side of the pole. LinuxCNC 2.9 measures it.
+    pub(crate) fn polar_target(&mut self, request: &Request, end: &mut [f64; 3], words: &mut [i32; 3]) {
         let (first, second, _) = self.state.modal.plane.axes();
         let from = [
             self.state.position[first] - self.state.pole[first],
             self.state.position[second] - self.state.pole[second],
         ];
-        let (radius, angle) = (from[0].hypot(from[1]), from[1].atan2(from[0]));
-        let counts_on = matches!(self.program.dialect().flow, FlowStyle::OWords | FlowStyle::Macro);
-        let increments = self.state.modal.incremental && counts_on;
+        let flow = self.program.dialect().flow;
+        let [radius, angle] = self.state.polar_said;
+        let off = (from[0] - radius * angle.cos()).hypot(from[1] - radius * angle.sin());
+        let [radius, angle] = match off < 1e-6 && flow != FlowStyle::OWords {
+            true => [radius, angle],
+            false => [from[0].hypot(from[1]), from[1].atan2(from[0])],
+        };
+        let increments = self.state.modal.incremental && flow != FlowStyle::Labels;
         let value = |letter: u8, now: f64, unit: f64| match request.get(letter).map(|value| value * unit) {
             Some(value) if request.reference(letter).unwrap_or(increments) => now + value,
             Some(value) => value,
@@ -102,6 +112,7 @@ impl Runner<'_> {
         };
         let radius = value(POLAR_RADIUS, radius, self.state.modal.mm());
         let angle = value(POLAR_ANGLE, angle, 1f64.to_radians());
+        self.state.polar_said = [radius, angle];
         end[first] = self.state.pole[first] + radius * angle.cos();
         end[second] = self.state.pole[second] + radius * angle.sin();
         let word = request.word(POLAR_RADIUS).max(request.word(POLAR_ANGLE));

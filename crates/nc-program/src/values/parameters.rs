@@ -106,6 +106,8 @@ pub struct Store {
     numbered: Vec<Option<f64>>,
     global: BTreeMap<Vec<u8>, f64>,
     local: BTreeMap<Vec<u8>, f64>,
+    /// The types of declared names, where they change what is assigned.
+    types: BTreeMap<Vec<u8>, Type>,
     callers: Vec<Locals>,
 }
 
@@ -115,7 +117,36 @@ type Locals = (Vec<Option<f64>>, Names);
 #[derive(Clone, Debug)]
 enum Names {
     All(BTreeMap<Vec<u8>, f64>),
-    Some(Vec<(Vec<u8>, Option<f64>)>),
+    Some(Vec<(Vec<u8>, Option<f64>, Type)>),
+}
+
+/// The type of a declared name (Sinumerik).
+#[derive(Clone, Copy, Debug, Default)]
+pub enum Type {
+    #[default]
+    Real,
+    Whole,
+    Truth,
+}
+
+impl Type {
+    /// That of the name of a type.
+    pub fn of(name: &str) -> Self {
+        match name.to_ascii_lowercase().as_str() {
+            "int" => Self::Whole,
+            "bool" => Self::Truth,
+            _ => Self::Real,
+        }
+    }
+
+    /// What a value becomes where it is assigned: half of one is rounded up.
+    fn converted(self, value: f64) -> f64 {
+        match self {
+            Self::Whole => (value + 0.5).floor(),
+            Self::Truth if !value.is_nan() => f64::from(u8::from(value != 0.0)),
+            Self::Real | Self::Truth => value,
+        }
+    }
 }
 
 impl Store {
@@ -130,6 +161,7 @@ impl Store {
 
     /// Gives a value.
     pub fn set(&mut self, key: Key, value: f64) {
+        let value = self.type_of(&key).converted(value);
         match key {
             Key::Number(number) => {
                 let index = number as usize;
@@ -193,11 +225,29 @@ impl Store {
         self.callers.push((saved, Names::All(std::mem::take(&mut self.local))));
     }
 
-    /// Enters a procedure whose arguments have names of their own; what else has a value keeps it.
-    pub fn enter_procedure(&mut self, arguments: &[(Vec<u8>, f64)]) {
-        let before = arguments.iter().map(|(name, _)| (name.clone(), self.local.get(name).copied())).collect();
-        self.local.extend(arguments.iter().cloned());
-        self.callers.push((Vec::new(), Names::Some(before)));
+    fn type_of(&self, key: &Key) -> Type {
+        match key {
+            Key::Name(name) => self.types.get(&**name).copied().unwrap_or_default(),
+            Key::Number(_) => Type::Real,
+        }
+    }
+
+    /// Gives a name a type and a value, which are those of the procedure that runs, until it ends.
+    pub fn declare(&mut self, key: Key, of: Type, value: f64) {
+        let Key::Name(name) = &key else { return self.set(key, value) };
+        let (name, now) = (name.to_vec(), (self.get(&key), self.type_of(&key)));
+        if let Some((_, Names::Some(before))) = self.callers.last_mut() {
+            if !before.iter().any(|(own, ..)| *own == name) {
+                before.push((name.clone(), now.0, now.1));
+            }
+        }
+        self.types.insert(name, of);
+        self.set(key, value);
+    }
+
+    /// Enters a procedure; what it declares is its own, and all else keeps its value.
+    pub fn enter_procedure(&mut self) {
+        self.callers.push((Vec::new(), Names::Some(Vec::new())));
     }
 
     /// Leaves it: the caller's local parameters come back.
@@ -208,10 +258,16 @@ impl Store {
             }
             match local {
                 Names::All(local) => self.local = local,
-                Names::Some(before) => before.into_iter().for_each(|(name, value)| match value {
-                    Some(value) => drop(self.local.insert(name, value)),
-                    None => drop(self.local.remove(&name)),
-                }),
+                Names::Some(before) => {
+                    for (name, value, of) in before {
+                        self.types.insert(name.clone(), of);
+                        let key = Key::Name(Cow::Owned(name));
+                        match value {
+                            Some(value) => self.set(key, value),
+                            None => self.forget(&key),
+                        }
+                    }
+                }
             }
         }
     }

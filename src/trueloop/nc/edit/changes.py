@@ -21,7 +21,7 @@ from trueloop.domain.record import ChangedWord
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit.edit import Edit, in_order, insert_blocks_after, line_ending, spliced
 from trueloop.nc.program.program import Program, Word
-from trueloop.nc.program.tool_path import Motion, ToolPath
+from trueloop.nc.program.tool_path import NO_COMPENSATION, Motion, ToolPath
 from trueloop.units import UM_PER_MM
 
 SHAPE: Final = frozenset("apqnijktcrws")
@@ -151,9 +151,11 @@ def otherwise(before: ToolPath, after: ToolPath, moves: tuple[Integers, Integers
     old, new = moves
     yield before.motion[old] != after.motion[new], "makes another move than the source"
     yield np.abs(before.sweep_rad[old] - after.sweep_rad[new]) > math.pi, "turns another way than the source"
+    planeless = (before.motion[old] != Motion.ARC) & (before.compensation[old] == NO_COMPENSATION)
     for name in STATES:
         was, now = getattr(before, name)[old], getattr(after, name)[new]
-        yield ~((was == now) | np.isnan(was) & np.isnan(now)), f"has another {name.replace('_', ' ')} than the source"
+        kept = (was == now) | np.isnan(was) & np.isnan(now) | (planeless & (name == "plane"))
+        yield ~kept, f"has another {name.replace('_', ' ')} than the source"
 
 
 def verify_written(

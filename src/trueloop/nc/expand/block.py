@@ -146,6 +146,11 @@ def is_wide(path: ToolPath, move: int) -> bool:
     return bool(abs(path.sweep_rad[move]) > WIDE_RAD)
 
 
+def is_about_pole(path: ToolPath, move: int) -> bool:
+    """Returns whether an arc of Klartext is to be written about a CC, which alone names a plane."""
+    return is_wide(path, move) or PLANE_AXES[int(path.plane[move])] != (0, 1)
+
+
 def klartext_turn(path: ToolPath, move: int) -> str:
     """Returns the word of an arc's direction in Klartext: DR- clockwise."""
     return f"DR{'-' if path.sweep_rad[move] > 0 else '+'}"

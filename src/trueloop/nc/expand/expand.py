@@ -36,8 +36,8 @@ from trueloop.nc.expand.block import (
     feed_word,
     g_code,
     g_digits,
+    is_about_pole,
     is_place,
-    is_wide,
     klartext_name,
     klartext_turn,
     makes_spline,
@@ -223,9 +223,9 @@ class Explicit:
             new.append(circle_words(self.program, self.path, move, self._end, end))
             return
         word = motion_word(self.program, block)
-        if word is None or (word.text.upper() == "CP" and is_wide(self.path, move)):
+        if word is None or (word.text.upper() == "CP" and is_about_pole(self.path, move)):
             return
-        if is_wide(self.path, move):
+        if is_about_pole(self.path, move):
             changed[word.index] = f"{pole_block(self.program, self.path, move)}{line_ending(self.program)}C"
         else:
             new.append(circle_words(self.program, self.path, move, self._end, end))
@@ -260,7 +260,7 @@ class Explicit:
         arc = path.motion[move] == Motion.ARC
         code = g_code(path, move, self._digits)
         if self._klartext:
-            pole = [pole_block(self.program, path, move), "C"] if arc and is_wide(path, move) else []
+            pole = [pole_block(self.program, path, move), "C"] if arc and is_about_pole(path, move) else []
             code = line_ending(self.program).join(pole) or ("CR" if arc else "L")
         if arc:
             words += [] if code.endswith("C") else [circle_words(self.program, path, move, self._end, end)]
