@@ -1,5 +1,6 @@
 """A program over two tangent faces: a face corrected alone ends with a step, which is named; both together do not."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,8 @@ def test_a_step_towards_the_next_face_that_the_program_cuts_on_is_refused(tmp_pa
     assert caught.value.code is Code.CMP_SLOPE
     assert caught.value.values["slope_um_per_mm"] == pytest.approx(60.0, abs=4.0)
     assert "at x 25.0" in caught.value.message
+    (beside,) = [k.number for k in read_faces(tmp_path / "bar.step") if k.kind == "CylindricalSurface"]
+    assert caught.value.hint.startswith(f"name face {beside} in surface.face too")
     assert caught.value.override == "compensation.max_slope_um_per_mm in the job"
 
 
@@ -197,7 +200,8 @@ def without_set_up(x: Array, um: Array) -> Array:
 
 def test_faces_that_a_program_cuts_together_are_corrected_by_one_part_without_a_step(tmp_path: Path) -> None:
     """One scan of one part that sits 0.05 mm off: a tenth of the error is left, and at the seam blocks of 0.1 mm differ
-    by no more than the error itself does. A second part that shows no error keeps the correction as it is.
+    by no more than the error itself does. A second part that shows no error keeps the correction as it is, in whatever
+    order its job names the faces.
     """
     path, at = of_both(tmp_path)
     done = output_of("surface", "compensate", path, "--no-store", "-o", tmp_path / "first")
@@ -211,9 +215,21 @@ def test_faces_that_a_program_cuts_together_are_corrected_by_one_part_without_a_
 
     scan(tmp_path / "S2.csv", 2, 0.0, at)
     path.write_text(path.read_text().replace("S1.csv", "S2.csv").replace('"given"', '"first/record.json"'))
+    path.write_text(re.sub(r"face = \[(\d+), (\d+)\]", r"face = [\2, \1]", path.read_text()))
     run("surface", "compensate", path, "--no-store", "-o", tmp_path / "second")
     again = left_um(tmp_path / "second" / "corrected.nc")[1]
     assert np.max(np.abs(without_set_up(touched, again - cut))) < 0.4
+
+
+def test_a_face_that_the_job_names_and_no_move_cuts_is_refused(tmp_path: Path) -> None:
+    path, _ = of_both(tmp_path)
+    program = tmp_path / "finish.nc"
+    rows = program.read_text().splitlines()
+    level = [row for row in rows if not row.startswith("G1 X") or float(row.split()[1][1:]) < SEAM_MM - 1.0]
+    program.write_text("\n".join(level))
+    (round_one,) = [k.number for k in read_faces(tmp_path / "bar.step") if k.kind == "CylindricalSurface"]
+    told = run("surface", "compensate", path, "--no-store", "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    assert f"0 moves of the program cut face {round_one}, of 2 that the job names" in " ".join(told.split())
 
 
 def test_several_faces_are_taken_by_compensate_alone_and_named_once(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.surface.deviations.deviations import inside_trim, sampling_advice, surface_deviations
-from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.deviations.points import MeasuredPoints, on_face
 
 RNG = np.random.default_rng(11)
 SURFACE = wavy_surface()
@@ -29,11 +29,21 @@ def test_of_points_chosen_from_a_scan_those_that_the_fit_takes_off_the_face_are_
     """Stated points there are refused."""
     points = MeasuredPoints(centres(0.0), name="A")
     found = surface_deviations(SURFACE, points, fit=True)
-    kept = inside_trim(replace(points, chosen=True), found, lambda u, v: u > 0.8)
+    kept = inside_trim(replace(points, numbers=np.arange(len(U)) + 1), found, lambda u, v: u > 0.8)
     np.testing.assert_array_equal(kept.measured, found.measured & (found.u <= 0.8))
     with pytest.raises(TrueloopError) as caught:
         inside_trim(points, found, lambda u, v: u > 0.8)
     assert caught.value.code is Code.SRF_OUTSIDE
+
+
+def test_points_of_a_scan_go_by_their_numbers_in_it() -> None:
+    """Five points above the face come first: two more, 8 µm apart in one place, are the eighth and ninth."""
+    points = centres(0.0)
+    points[3] = points[2] + 0.008 * NORMAL[2]
+    scan = MeasuredPoints(np.concatenate([points[:5] + 50.0 * NORMAL[:5], points]), name="A")
+    found = surface_deviations(SURFACE, on_face(SURFACE, scan, None, 1.0), fit=False)
+    (twice,) = [one for one in found.findings if one.code is Code.SRF_DUPLICATE]
+    assert twice.values["points"] == [8, 9] and "(points 8 and 9)" in twice.message
 
 
 @pytest.mark.parametrize("radius_mm", [0.0, 1.0, 2.0])
@@ -88,6 +98,7 @@ def test_what_the_surface_does_not_determine_stays_where_it_was() -> None:
     u, v = RNG.uniform(0.05, 0.95, (2, 300))
     fitted = surface_deviations(ball, MeasuredPoints(1.0002 * ball.point_mm(u, v)), fit=True)
     assert len(fitted.alignment.left) == 3  # a sphere turns in itself
+    assert all(motion.endswith("(not determined by the points)") for motion in fitted.alignment.left)
     assert np.all(np.abs(fitted.alignment.shift_mm) < 0.02)
 
 

@@ -129,8 +129,10 @@ def test_a_tool_that_no_cutter_is_stated_for_and_one_that_is_not_called_are_refu
     level = (
         TWO_TOOLS.replace("X8. Z6.75", "X8. Z3.75").replace("Z6.5", "Z3.5").replace("Z3.75", "Z0").replace("Z3.5", "Z0")
     )
-    with pytest.raises(TrueloopError, match="2 tools cut the surface, T1, T2, and the job states one") as told:
+    with pytest.raises(TrueloopError, match=r"2 tools .* within 3 mm of it, T1, T2, and the job states one") as told:
         corrected_program(read_program(level.encode(), "fanuc-mill"), FLAT, FLAT, BALL, "0123456789abcdef")
     assert told.value.code is Code.SRF_PROGRAM and told.value.place.line == 9
+    with pytest.raises(TrueloopError, match=r"2 tools .* within 3 mm of it, T1, T2, and the job states one"):
+        _cut_by(BALL)  # the ball of 2 mm would cut 0.2 mm deep with 3 mm: taken for one that passes by
     with pytest.raises(TrueloopError, match="0 moves of tool T7; its tools: T1, T2"):
         _cut_by(replace(BALL, tool=7))

@@ -56,7 +56,9 @@ def with_cut(inputs: SurfaceInputs, job: Path, stated: str, nominal: Path) -> Su
                     "name in gauging.points the parts that were cut with it alone",
                 )
         try:
-            terms = [displacements_of(record, k) for k in range(len(inputs.faces))]
+            numbers = faces_of(record)
+            places = [numbers.index(face.face) for face in inputs.faces] if inputs.further else [0]
+            terms = [displacements_of(record, k) for k in places]
         except (LookupError, TypeError, ValueError) as error:
             raise Code.REC_FILE.refusal(
                 f"{file.name!r} does not hold a surface's pattern: {type(error).__name__}: {error}",
@@ -118,8 +120,9 @@ def _require_of_job(record: Record, inputs: SurfaceInputs, nominal: Path) -> Non
     if surface not in hashes:
         raise _refused(record, f"was not made from the nominal surface {nominal.name!r}", "name that in surface.file")
     corrected, named = faces_of(record), [face.face for face in inputs.faces]
-    if corrected != named and len(corrected) + len(named) > 2:
-        raise _refused(record, f"corrects faces {corrected}, not {named}", "name in surface.face what it corrects")
+    if set(corrected) != set(named) and len(corrected) + len(named) > 2:
+        hint = f"surface.face = {corrected[0] if len(corrected) == 1 else corrected}, those that it corrects"
+        raise _refused(record, f"corrects faces {corrected}, not {named}", hint)
     if inputs.program is None:
         return
     given = sha256_of(inputs.program.source)

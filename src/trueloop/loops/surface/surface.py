@@ -70,7 +70,8 @@ def worst_touch(points: MeasuredPoints, deviations: SurfaceDeviations, apart: Se
     if points.shape is not None:
         row, column = divmod(index, points.shape[1])
         at = f" (row {row + 1}, column {column + 1})"
-    return WorstTouch(f"point {index + 1}{at} of {points.name!r}", found, points.place(index + 1))
+    number = points.number_in_file(index + 1)
+    return WorstTouch(f"point {number}{at} of {points.name!r}", found, points.place(index + 1))
 
 
 def touch_findings(worst: WorstTouch, confidence: float) -> Iterator[Finding]:
@@ -387,9 +388,10 @@ def correct(
         steps=Steps(tuple(beside), options.limits),
         trim=trim if further else None,
         further=[
-            MovedFace(face.model.surface, done.surface.surface, face.trim)
+            MovedFace(face.model.surface, done.surface.surface, face.trim, face.model.face)
             for face, done in zip(further, others, strict=True)
         ],
+        number=model.face,
     )
     return replace(own, program=written, further=others)
 

@@ -41,7 +41,14 @@ from trueloop.nc.program.understood import (
 )
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.surface.compensation.cutter import Cutter, ToolAxes, check_tool_axes, contacts, edge_centres_mm, tool_axes
-from trueloop.surface.compensation.placed import looked_at, on_surface, require_one_zero, require_same_shifts, shifts_mm
+from trueloop.surface.compensation.placed import (
+    PLACES,
+    looked_at,
+    on_surface,
+    require_one_zero,
+    require_same_shifts,
+    shifts_mm,
+)
 from trueloop.surface.compensation.shift import SAME_MM, MovedFace, Samples, SurfaceJob, places, sampled
 from trueloop.surface.on_face import NextFace, Trim
 from trueloop.units import UM_PER_MM
@@ -98,7 +105,8 @@ class Steps:
             f"the correction ends with a step of up to {um:.1f} µm, at x {x:.3f}, y {y:.3f}, z {z:.3f} mm, where the "
             f"program cuts on from or into face {onto[worst]}, which stays as it is: {reached:.1f} µm/mm over "
             f"{WIDE_MM:g} mm, at {np.count_nonzero(onto)} places; the limit is {limit:.1f} µm/mm",
-            hint="a program that cuts one face alone has no such step; compensation.weight makes it smaller",
+            hint=f"name face {onto[worst]} in surface.face too: one job corrects all faces that a program cuts; "
+            "compensation.weight makes the step smaller",
             values=dict(zip(Code.CMP_SLOPE.values, (reached, limit), strict=True)),
         )
         if slope[some[worst]] > self.limits.slope:
@@ -273,9 +281,10 @@ def corrected_program(
     steps: Steps | None = None,
     trim: Trim | None = None,
     further: Sequence[MovedFace] = (),
+    number: int | None = None,
 ) -> CorrectedProgram:
     """The program for the corrected surface, read back and compared before it is returned; with `further` faces that it
-    cuts too, which end, as this one, where they are trimmed.
+    cuts too, which end, as this one, where they are trimmed. `number`: this face's, where there are several.
 
     Positions on the surface are those of the program, its own shifts and the job's zero added; the programmed point is
     the tool's tip, however the tool is turned. Raises SRF-PROGRAM for a zero that is not known, a program that cuts
@@ -288,10 +297,12 @@ def corrected_program(
     path = program.run(job.parameters)
     require_sound(path)
     require_known_frame(path)
-    placed, faces = on_surface(path, job), (MovedFace(nominal, corrected, trim), *further)
+    placed, faces = on_surface(path, job), (MovedFace(nominal, corrected, trim, number), *further)
     by_tool = [_of_tool(program, path, placed, faces, of_tool) for of_tool in job.by_tool]
     samples = by_tool[0].joined(by_tool[1:])
+    _require_tools_stated(program, path, placed, samples.cutting_moves, (faces, job))
     _check(program, path, samples, job)
+    _require_all_cut(program, samples, faces)
     findings = list[Finding]()
     for of_tool, own in zip(job.by_tool, by_tool, strict=True):
         findings += () if steps is None else steps.check(placed, own, faces, of_tool)
@@ -350,15 +361,50 @@ def _names(tools: Integers) -> str:
     return ", ".join(f"T{tool}" for tool in tools.tolist()) or "not called"
 
 
+def _require_tools_stated(
+    program: Program, path: ToolPath, placed: ToolPath, cutting: Integers, of: tuple[Sequence[MovedFace], SurfaceJob]
+) -> None:
+    """Raises SRF-PROGRAM where the job states no tool and another than the one whose moves are `cutting` comes near the
+    faces: with the cutter stated for the first, its own cuts would seem to pass by.
+    """
+    faces, job = of
+    if job.tool is not None or not len(cutting):
+        return
+    first = path.tool[cutting[0]]
+    moves = np.flatnonzero(looked_at(path, job) & (path.tool != first))
+    moves = moves[:: max(1, len(moves) // PLACES)]
+    close = np.zeros(len(moves), dtype=np.bool_)
+    for face in faces:
+        some = near(face.nominal, placed.end_mm[moves], job.cutter.radius_mm)
+        if len(some):
+            feet = closest(face.nominal, placed.end_mm[moves[some]])
+            close[some] |= (np.abs(feet.distance_mm) <= job.cutter.radius_mm) & (feet.beyond_mm <= SAME_MM)
+    others = np.union1d(moves[close], cutting[path.tool[cutting] != first])
+    if len(others):
+        tools = np.unique(np.append(path.tool[others], first))
+        raise Code.SRF_PROGRAM.refusal(
+            f"{len(tools)} tools cut the surface or come within {job.cutter.radius_mm:g} mm of it, {_names(tools)}, "
+            "and the job states one cutter",
+            hint="state each that finishes it with its number: [[cutter]] with tool = 1, and so on; moves of other "
+            "tools stay",
+            place=program.place(program.block(int(path.block[others[0]])).start),
+        )
+
+
+def _require_all_cut(program: Program, samples: Samples, faces: Sequence[MovedFace]) -> None:
+    """Raises SRF-PROGRAM for a face that the job names and no move cuts: it would stay as it is."""
+    uncut = [str(face.number) for k, face in enumerate(faces) if not len(samples.moves_on(k))]
+    if uncut:
+        raise Code.SRF_PROGRAM.refusal(
+            f"0 moves of the program cut face {' and face '.join(uncut)}, of {len(faces)} that the job names",
+            hint="name in surface.face the faces that the program cuts; where it cuts this one too, look at "
+            "program.zero_mm and the radius of each [[cutter]]",
+            place=Place(program.file),
+        )
+
+
 def _check(program: Program, path: ToolPath, samples: Samples, job: SurfaceJob) -> None:
     cutting = samples.cutting_moves
-    if job.tool is None and len(tools := np.unique(path.tool[cutting])) > 1:
-        other = cutting[path.tool[cutting] != path.tool[cutting[0]]][0]
-        raise Code.SRF_PROGRAM.refusal(
-            f"{len(tools)} tools cut the surface, {_names(tools)}, and the job states one cutter",
-            hint="state each with its number: [[cutter]] with tool = 1, and so on; moves of other tools stay",
-            place=program.place(program.block(int(path.block[other])).start),
-        )
     if not len(cutting):
         hint = "look at program.zero_mm, tool radius and face, and whether the program leaves an allowance on"
         raise Code.SRF_PROGRAM.refusal("0 moves of the program come near the surface", hint=hint)

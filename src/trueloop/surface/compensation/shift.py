@@ -96,12 +96,13 @@ differ a little would be taken for a large one.
 @dataclass(frozen=True, eq=False)
 class MovedFace:
     """A nominal surface and the corrected one; `trim` says which of its places are cut away, where a program cuts
-    several faces, of which each ends where the next begins.
+    several faces, of which each ends where the next begins; `number` is the face's in its model.
     """
 
     nominal: Surface
     corrected: Surface
     trim: Trim | None = None
+    number: int | None = None
 
     def shift_mm(self, u: Array, v: Array) -> Array:
         """Returns how far the face is moved along its nominal normal at parameters (n,) of the nominal."""

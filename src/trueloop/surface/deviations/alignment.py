@@ -35,6 +35,8 @@ FEW: Final = 0.05
 """A larger share of the points is form, not a chip."""
 PARTS: Final = 0.5
 """A component of a unit motion below this is not named."""
+UNTOLD_MM: Final = 10.0
+"""A motion whose standard uncertainty is larger is not determined: along a plane or a prism the figure is rounding."""
 MOTIONS: Final = ("along x", "along y", "along z", "about x", "about y", "about z")
 
 
@@ -218,10 +220,6 @@ def _fitted(
         _named(*each) for each in zip(motions.motion[count:], motions.uncertainty_mm(form)[count:], strict=True)
     )
     return Alignment("best fit", alignment.rotation, alignment.shift_mm, centre, left), feet, moved_mm
-
-
-UNTOLD_MM: Final = 10.0
-"""A motion whose standard uncertainty is larger is not determined: no set-up is off by as much."""
 
 
 def _named(motion: Array, uncertainty_mm: float) -> str:

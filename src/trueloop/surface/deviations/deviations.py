@@ -155,7 +155,7 @@ def inside_trim(
     """
     there = deviations.measured
     outside = trimmed_away(deviations.u[there], deviations.v[there]).astype(np.bool_)
-    if not points.chosen:
+    if points.numbers is None:
         refuse_outside(points, outside, np.flatnonzero(there) + 1, deviations.nominal_mm[there])
         return deviations
     error_mm = deviations.error_mm.copy()

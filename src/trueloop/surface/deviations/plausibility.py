@@ -42,9 +42,10 @@ def findings_of(
     if np.any(bad := np.abs(error) > farthest_mm):
         worst = int(np.argmax(np.abs(error)))
         x, y, z = xyz[worst]
+        shown = points.number_in_file(int(number[worst]))
         raise Code.SRF_OFF.refusal(
             f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} are more than {farthest_mm:g} mm off "
-            f"the surface; the farthest, with {error[worst]:+.3f} mm, is point {number[worst]} (x {x:.3f}, y {y:.3f}, "
+            f"the surface; the farthest, with {error[worst]:+.3f} mm, is point {shown} (x {x:.3f}, y {y:.3f}, "
             f"z {z:.3f} mm)",
             hint="look at frame, ball radius and that touch; a larger distance can be allowed",
             place=points.place(int(number[worst])),
@@ -120,7 +121,8 @@ def refuse_twice(points: MeasuredPoints, at: Integers, first: Integers) -> None:
 
 def reported_twice(points: MeasuredPoints, found: Duplicates, at: Integers) -> Finding:
     """Reports the averaged points among `at` (n,); a warning if one place's values differ far more than neighbours."""
-    a, b = (int(at[number]) + 1 for number in found.pair)
+    first, second = (int(at[number]) + 1 for number in found.pair)
+    a, b = points.number_in_file(first), points.number_in_file(second)
     odd = found.difference_mm > CONFLICT * found.typical_mm
     return Finding(
         Severity.WARNING if odd else Severity.NOTE,
@@ -130,7 +132,7 @@ def reported_twice(points: MeasuredPoints, found: Duplicates, at: Integers) -> F
         f"{found.difference_mm * UM_PER_MM:.2f} µm (points {a} and {b}), neighbours by "
         f"{found.typical_mm * UM_PER_MM:.2f} µm (median)",
         "look at these two: one is no touch of this place, or the part moved between them" if odd else "nothing to do",
-        points.place(b),
+        points.place(second),
         values={"part": points.name, "points": [a, b]},
     )
 

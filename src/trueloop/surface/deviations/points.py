@@ -19,8 +19,8 @@ class MeasuredPoints:
     """Points as a measuring machine gave them, in the part's frame: `points_mm` (n, 3), ball centres where
     `ball_radius_mm` is above zero, else points of the surface. `shape` (rows, columns) when they form a grid, row by
     row; a hole in it is a row of nan. `name` tells the part; `file` and `lines` (n,), 0 for a hole, where it was read;
-    `findings` on what was left out of the file. `rounding_mm` is how far rounded coordinates put a point off. `chosen`:
-    they are those of more points that were found to be on the face.
+    `findings` on what was left out of the file. `rounding_mm` is how far rounded coordinates put a point off. `numbers`
+    (n,): of points that were found on the face among more, their numbers from 1 among all.
     """
 
     points_mm: Array
@@ -31,7 +31,11 @@ class MeasuredPoints:
     lines: Integers | None = None
     findings: tuple[Finding, ...] = ()
     rounding_mm: float = 0.0
-    chosen: bool = False
+    numbers: Integers | None = None
+
+    def number_in_file(self, number: int) -> int:
+        """Returns the number from 1 that a point, counted from 1 here, has in its file."""
+        return number if self.numbers is None else int(self.numbers[number - 1])
 
     def place(self, number: int) -> Place:
         """Where a point, counted from 1, was read."""
@@ -181,7 +185,7 @@ def on_face(
         half_mm = farthest_mm / 2
         raise Code.SRF_OFF.refusal(
             f"{np.count_nonzero(farther)} points of {scan.name!r} are {farthest_mm:g} to {2 * farthest_mm:g} mm off "
-            f"the face, {outer} are {half_mm:g} to {farthest_mm:g} mm off, and {len(kept) - outer} nearer: they are in "
+            f"{face}, {outer} are {half_mm:g} to {farthest_mm:g} mm off, and {len(kept) - outer} nearer: they are in "
             "another frame, or of another part",
             hint="look at frame, face and part: axes swapped or reversed (a mirror), a turn by 180°, another zero",
             override="gauging.farthest_mm in the job",
@@ -190,7 +194,7 @@ def on_face(
     exact_mm = float(np.clip(scan.rounding_mm, *EXACT_MM))
     if len(kept) > PLANE_POINTS and np.all(np.abs(off_mm[facing]) <= exact_mm):
         raise Code.SRF_FILE.refusal(
-            f"all {len(kept)} points of {scan.name!r} on the face are exactly nominal, within {exact_mm:.2g} mm: not "
+            f"all {len(kept)} points of {scan.name!r} on {face} are exactly nominal, within {exact_mm:.2g} mm: not "
             "measured",
             hint="name the columns of the measured x, y and z: gauging.columns in the job; where the file has "
             "deviations alone, export the measured points",
@@ -205,7 +209,7 @@ def on_face(
         values={"part": scan.name},
     )
     lines, notes = None if scan.lines is None else scan.lines[kept], (note,) if len(kept) < total else ()
-    return replace(scan, points_mm=points[kept], lines=lines, findings=notes, chosen=True)
+    return replace(scan, points_mm=points[kept], lines=lines, findings=notes, numbers=kept + 1)
 
 
 def _normals(points_mm: Array, some: np.ndarray) -> Array:
