@@ -259,7 +259,7 @@ FORM: Final = (
 
 MACHINE: Final = Cause(
     key="machine",
-    name=wording("geometric or thermal error of the machine"),
+    name=wording("the machine's error, geometric or thermal"),
     signs=(
         Sign(ErrorKind.RADIUS, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE), alike=True),
         Sign(ErrorKind.RADIUS, OUTSIDE, (Over.CONSTANT, Over.TEMPERATURE)),
