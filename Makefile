@@ -138,10 +138,10 @@ format: $(SETUP) ## put Python and Rust into the one format
 	$(RUN)ruff format --quiet
 	cargo fmt --all
 
-bench: $(SETUP) ## ours beside what a user would pick instead, as ratios
+bench: $(SETUP) ## ours beside what a user would pick instead, as ratios; KEEP=1 keeps them for docs/performance.md
 	@UV_PROJECT_ENVIRONMENT=$(VENV) UV_PYTHON_DOWNLOADS=never $(RUN)uv sync --quiet --frozen --inexact --group bench
 	@for bench in $(filter-out ratio nc_rivals,$(basename $(notdir $(wildcard benches/*.py)))); do \
-	    $(RUN)python -m benches.$$bench || exit 1; done
+	    KEEP=$(KEEP) $(RUN)python -m benches.$$bench || exit 1; done
 
 SECONDS ?= 60
 fuzz: ## readers of NC programs and images under cargo-fuzz (installed if need be), and 1,000 corrections: make fuzz SECONDS=60

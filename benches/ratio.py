@@ -4,15 +4,22 @@ Absolute times do not hold from machine to machine, and a machine's speed change
 contender for a while, one after the other, and a ratio compares times of the same round.
 """
 
+import csv
 import multiprocessing
+import os
 import resource
 import statistics
 import subprocess
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
+KEPT = Path(__file__).with_name("kept.csv")
+"""The ratios of each version's last run with KEEP=1; docs/performance.md is made from them."""
+SLOWER = 1.5
+"""A ratio to a rival that fell by more since the version before is named: ours became slower beside it."""
 SAMPLE_S = 0.2
 """A shorter call is repeated within a sample, whoever's it is: it is timed with warm caches and memory, not with what
 the contender before left of them."""
@@ -51,7 +58,50 @@ def compare(title: str, contenders: Sequence[Contender], rounds: int = 11, note_
             seconds[contender.name].append(_seconds_per_call(contender.run, count))
     samples = Samples(seconds)
     _print_table(title, contenders, samples, note_heading)
+    ratios = {contender.name: samples.ratio(contender.name, contenders[0].name) for contender in contenders[1:]}
+    print_slower(title, ratios)
+    if os.environ.get("KEEP"):
+        keep(title, contenders[0].name, ratios)
     return samples
+
+
+@dataclass(frozen=True)
+class KeptRatio:
+    """How many times as long as ours a rival took: at which version, in which table."""
+
+    version: str
+    title: str
+    ours: str
+    rival: str
+    ratio: float
+
+
+def kept() -> list[KeptRatio]:
+    """Return the kept ratios, the oldest version first."""
+    if not KEPT.is_file():
+        return []
+    with KEPT.open(encoding="utf-8", newline="") as file:
+        return [KeptRatio(**{**row, "ratio": float(row["ratio"])}) for row in csv.DictReader(file)]
+
+
+def keep(title: str, ours: str, ratios: dict[str, float]) -> None:
+    """Keep the ratios of a table as those of this version, in place of an earlier run's."""
+    now = version("trueloop")
+    others = [one for one in kept() if (one.version, one.title) != (now, title)]
+    rows = [*others, *(KeptRatio(now, title, ours, rival, ratio) for rival, ratio in ratios.items())]
+    with KEPT.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("version", "title", "ours", "rival", "ratio"))
+        writer.writerows((one.version, one.title, one.ours, one.rival, f"{one.ratio:.3g}") for one in rows)
+
+
+def print_slower(title: str, ratios: dict[str, float]) -> None:
+    """Name the rivals beside which ours became slower since the version before."""
+    before = {one.rival: one for one in kept() if one.title == title and one.version != version("trueloop")}
+    for rival, ratio in ratios.items():
+        if rival in before and ratio * SLOWER < before[rival].ratio:
+            was = before[rival]
+            print(f"\nSLOWER beside {rival}: {ratio:.3g} ×, {was.ratio:.3g} × at version {was.version}")
 
 
 def compare_once(samples: Samples, ours: str, contenders: Sequence[Contender], box_s: float = 300.0) -> None:

@@ -8,7 +8,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Final
 
-from scripts import error_page, file_keys_page, key_tables, python_page
+from scripts import error_page, file_keys_page, key_tables, performance_page, python_page
 
 DOCS: Final = key_tables.DOCS
 
@@ -23,6 +23,7 @@ GENERATED: Final[dict[str, Callable[[], str]]] = {
     "errors.md": error_page.page,
     "file-keys.md": file_keys_page.page,
     "python-reference.md": python_page.page,
+    "performance.md": performance_page.page,
     "http-api.md": _http_page,
     **{name: partial(key_tables.schema, name) for name in key_tables.SCHEMAS},
 }
