@@ -31,4 +31,6 @@ def page() -> str:
 
 
 def _cell(ratios: dict[str, float], version: str) -> str:
-    return f"{ratios[version]:.3g} ×" if version in ratios else "–"
+    if version not in ratios:
+        return "–"
+    return f"{ratios[version]:,.0f} ×" if ratios[version] >= 100 else f"{ratios[version]:.3g} ×"
