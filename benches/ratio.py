@@ -81,7 +81,8 @@ def kept() -> list[KeptRatio]:
     if not KEPT.is_file():
         return []
     with KEPT.open(encoding="utf-8", newline="") as file:
-        return [KeptRatio(**{**row, "ratio": float(row["ratio"])}) for row in csv.DictReader(file)]
+        rows = list(csv.reader(file))[1:]
+    return [KeptRatio(version, title, ours, rival, float(ratio)) for version, title, ours, rival, ratio in rows]
 
 
 def keep(title: str, ours: str, ratios: dict[str, float]) -> None:
