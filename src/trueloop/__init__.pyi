@@ -66,18 +66,18 @@ from trueloop.jobs.surface.job import correct_surface as correct_surface
 from trueloop.jobs.surface.job import corrected_files as corrected_files
 
 # A shop's records: inspections and a store; series, charts, certificates and causes from it; tables for a notebook.
-from trueloop.jobs.notebook import read_inspections as read_inspections
-from trueloop.jobs.notebook import make_store as make_store
-from trueloop.jobs.notebook import open_store as open_store
-from trueloop.jobs.notebook import add_inspections as add_inspections
-from trueloop.jobs.notebook import stored_inspections as stored_inspections
-from trueloop.jobs.notebook import follow_series as follow_series
-from trueloop.jobs.notebook import control_charts as control_charts
-from trueloop.jobs.notebook import certify_part as certify_part
-from trueloop.jobs.notebook import series_causes as series_causes
-from trueloop.jobs.notebook import part_causes as part_causes
-from trueloop.jobs.notebook import next_measurements as next_measurements
-from trueloop.jobs.notebook import to_frame as to_frame
+from trueloop.formats.inspections.known import read_measured_file as read_measured_file
+from trueloop.jobs.store.opened import make_store as make_store
+from trueloop.jobs.store.opened import open_store as open_store
+from trueloop.jobs.series import add_inspections as add_inspections
+from trueloop.jobs.series import stored_inspections as stored_inspections
+from trueloop.jobs.series import follow_series as follow_series
+from trueloop.jobs.monitor.charts import control_charts as control_charts
+from trueloop.jobs.monitor.certificate import certify_part as certify_part
+from trueloop.jobs.diagnose.diagnosed import series_causes as series_causes
+from trueloop.jobs.diagnose.diagnosed import part_causes as part_causes
+from trueloop.jobs.measure.next_measurement import plan_measurements as plan_measurements
+from trueloop.report.shape import to_frame as to_frame
 
 # A milled part: numbers to enter at the control.
 from trueloop.jobs.milled import read_milled as read_milled

@@ -17,8 +17,8 @@ from trueloop.formats.input_file import read_program
 from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.jobs.measure.keep_measured import StatedCut, keep_measured
 from trueloop.jobs.measure.measured import Chosen, read_measured, read_part_of_job
-from trueloop.jobs.series import Adding, accepted, add_files, propose
-from trueloop.jobs.store.opened import Keeping, made
+from trueloop.jobs.series import Adding, accepted, add_inspections, propose
+from trueloop.jobs.store.opened import Keeping, make_store
 from trueloop.jobs.turned.compensate import compensate_and_keep
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.storage.store import Store, keep
@@ -39,7 +39,7 @@ def make_example_shop(file: Path) -> None:
     """
     unfinished = file.with_name(f"{file.name}.unfinished")
     unfinished.unlink(missing_ok=True)  # of a run that was interrupted
-    store = made(str(unfinished))
+    store = make_store(str(unfinished))
     with TemporaryDirectory() as folder:
         _edge_parts(store.where, Path(folder))
     _series(store)
@@ -69,10 +69,10 @@ def _copies(name: str, folder: Path) -> Path:
 def _series(store: Store) -> None:
     """Three shafts, the tool offset that they lead to, which is accepted, and two shafts cut with it."""
     options, job = SeriesOptions(), example("shaft/job.toml")
-    (first,) = add_files(store, [example("series/first-three.csv")], Adding())
+    (first,) = add_inspections(store, [example("series/first-three.csv")], Adding())
     for one in propose(store, read_book(store, first.part_type, options), options, job).proposals:
         accepted(store, one.id, options, None, who=WHO, why="three parts agree", override=())
-    add_files(store, [example("series/next-two.csv")], Adding())
+    add_inspections(store, [example("series/next-two.csv")], Adding())
 
 
 def _order(store: Store) -> None:

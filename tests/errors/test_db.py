@@ -13,7 +13,7 @@ from trueloop.jobs.db.copied import read_export
 from trueloop.jobs.db.found import named
 from trueloop.jobs.db.imported import InspectionOptions, import_files
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.store.opened import made
+from trueloop.jobs.store.opened import make_store
 from trueloop.storage.store import keep, open_store
 
 MODBAS2 = Path(__file__).parents[2] / "examples" / "modbas2"
@@ -29,7 +29,7 @@ def _exists() -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "trueloop.db"
         file.write_text("something")
-        made(str(file))
+        make_store(str(file))
 
 
 def _export(text: str) -> object:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
-from trueloop.jobs.notebook import to_frame
 from trueloop.report.pdf import as_pdf
+from trueloop.report.shape import to_frame
 from trueloop.report.style import shown
 
 

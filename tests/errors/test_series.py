@@ -16,8 +16,8 @@ from trueloop.domain.part import PartType
 from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.factory.book import Book, inspected_again
-from trueloop.jobs.series import Adding, add_files, proposal_named, propose, tools_of_job
-from trueloop.jobs.store.opened import opened
+from trueloop.jobs.series import Adding, add_inspections, proposal_named, propose, tools_of_job
+from trueloop.jobs.store import opened
 from trueloop.loops.post_process.decide import OVERRIDES, decide, few_findings, usable
 from trueloop.loops.post_process.propose import ProposalContext, proposals_of, tool_proposals
 from trueloop.loops.post_process.series import PartSeen, SeriesOptions, When, parts_in_order, series_of
@@ -37,7 +37,7 @@ def _added(text: str) -> object:
     with TemporaryDirectory() as folder:
         file = Path(folder) / "parts.csv"
         file.write_text(text, encoding="utf-8")
-        return add_files(_store(), [file], Adding())
+        return add_inspections(_store(), [file], Adding())
 
 
 def _findings(*inspections: Inspection) -> Sequence[Finding]:
@@ -86,7 +86,7 @@ def _corrected() -> object:
         for part, readings in enumerate((FIRST, SECOND), 1):
             cut_with = f'cut_with = "o{part - 1}/record.json"' if part > 1 else ""
             correct(Path(folder), part, readings, "contour", cut_with, db=db)
-        store = opened(db)
+        store = opened.open_store(db)
         sizes = [PartSeen(one.value) for one in find(store, Inspection)]
         return propose(store, Book("s", tuple(sizes), (), (), (), ()), SeriesOptions())
 

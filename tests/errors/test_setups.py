@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.two_sides import FRAMES, PLACES, job, second
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.store.opened import Keeping, made
+from trueloop.jobs.store.opened import Keeping, make_store
 from trueloop.jobs.turned.compensate import compensate_and_keep, corrected_part
 from trueloop.jobs.turned.job import read_job
 from trueloop.jobs.turned.job_files import JobFiles
@@ -41,7 +41,7 @@ def _kept_by_number() -> object:
         path = job(folder, ERRORS_UM)
         text = path.read_text().replace("number = 2\n", "number = 1\n")
         path.write_text(text.replace("number = 1\n", 'number = 1\ninsert = "CNMG"\n'))
-        made(str(folder / "trueloop.db")).close()
+        make_store(str(folder / "trueloop.db")).close()
         return compensate_and_keep(path, folder / "out", Keeping(serial="P1"))
 
 

@@ -34,7 +34,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions, sources_of
 from trueloop.jobs.diagnose.seen_series import parts_of
-from trueloop.jobs.store.opened import opened
+from trueloop.jobs.store.opened import open_store
 from trueloop.loops.turned.part_on_machine import PartOnMachine, check_composed
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
@@ -283,7 +283,7 @@ def test_a_diagnosis_is_of_the_process_whatever_the_machine_did(tmp_path: Path, 
     text = text.replace('"given"', '"o1/record.json"').replace(f"= {SEMIFINISH_C} ", f"= {CUTTING_C} ")
     job.write_text(text.replace("[gauging]", f"[gauging]\nmeasured_at = {datetime.now(UTC).isoformat()}"))
     run("compensate", job, "--serial", "B", "-o", tmp_path / "o2")
-    sources = sources_of(opened(str(tmp_path / "trueloop.db")), DiagnosisOptions(), None)
+    sources = sources_of(open_store(str(tmp_path / "trueloop.db")), DiagnosisOptions(), None)
     parts = [part.with_errors(sources.places) for part in parts_of(sources)[0]]
     nose_mm = TOUCHES.at + NOSE_MM * TOUCHES.normal
     carried_mm = machine_mm(nose_mm, TOUCHES.normal, SEMIFINISH_C, TOOL)

@@ -11,7 +11,7 @@ import pytest
 from tests.loops.test_several_tools_in_machine import MACHINE, ZERO, placed
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.jobs.measure.next_measurement import _edges, _nose_mm, _places, _size, _touch, next_of_job
+from trueloop.jobs.measure.next_measurement import _edges, _nose_mm, _places, _size, _touch, plan_measurements
 from trueloop.jobs.turned.job import read_cuts
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.loops.turned.next_measurement import OUT, Candidate, Edge, OfPart, next_measurements
@@ -170,7 +170,7 @@ def test_a_part_that_was_not_measured_yet_is_planned_from_the_priors(
 ) -> None:
     for file in ("job.toml", "finish.nc"):
         (tmp_path / file).write_bytes((SHAFT.parent / file).read_bytes())
-    before, after = next_of_job(tmp_path / "job.toml", 3), next_of_job(SHAFT, 3)
+    before, after = plan_measurements(tmp_path / "job.toml", 3), plan_measurements(SHAFT, 3)
     assert (before.measured, after.measured) == (False, True)
     assert before.plan.before > 2.0 * after.plan.before
     assert before.plan.chosen[-1].after < before.plan.before
@@ -180,10 +180,10 @@ def test_a_part_that_was_not_measured_yet_is_planned_from_the_priors(
 def test_tools_that_stand_in_a_machine_with_a_model_are_planned_as_without_it(tmp_path: Path) -> None:
     """The model takes its errors out of the touches; what is not known of the process stays within their scatter."""
     path = placed(tmp_path, MACHINE + f"work_zero_mm = {list(ZERO)}\n")
-    inside = next_of_job(path, 4).plan
+    inside = plan_measurements(path, 4).plan
     text = path.read_text()
     path.write_text(text.replace(MACHINE + f"work_zero_mm = {list(ZERO)}\n", ""))
-    outside = next_of_job(path, 4).plan
+    outside = plan_measurements(path, 4).plan
     assert inside.criterion == outside.criterion == "rms_um"
     assert 0.5 < inside.before / outside.before < 2.0
     assert inside.after <= inside.before
@@ -207,7 +207,7 @@ def test_limits_of_a_tool_of_whose_features_nothing_was_measured_are_weighed(tmp
     )
     at = text.index("\n[", text.index("[part]") + 5) + 1
     (tmp_path / "grooved.toml").write_text(text[:at] + limits + text[at:])
-    plan = next_of_job(tmp_path / "grooved.toml", 1).plan
+    plan = plan_measurements(tmp_path / "grooved.toml", 1).plan
     assert (plan.criterion, plan.worst) == ("probability_out", "groove")
     assert plan.chosen[0].feature in own
 

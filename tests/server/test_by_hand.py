@@ -23,7 +23,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.jobs.factory.by_hand import made_before
 from trueloop.jobs.factory.hand_job import AskedPart
 from trueloop.jobs.milled import entries_for_next_part, entry_lines, read_milled
-from trueloop.jobs.monitor.certificate import certificate_of
+from trueloop.jobs.monitor.certificate import certify_part
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job, compensate_part
 from trueloop.jobs.turned.new import Wanted, gauge_sheet_of, new_job
@@ -390,7 +390,7 @@ def test_tolerances_as_the_drawing_has_them_make_a_certificate(service: Running)
     assert problem(otto.post("by-hand/correction", {"part": part, "measured": unread})) == "TOL-TEXT"
     other = measured(tolerances={"cylinder-1 a": "h6"})
     assert problem(otto.post("by-hand/correction", {"part": part, "measured": other})) == "MSR-FEATURE"
-    assert certificate_of(service.store, "0017", "shaft").outcome == "does not conform"
+    assert certify_part(service.store, "0017", "shaft").outcome == "does not conform"
     inside = AFTER | {"cylinder-2 a": "35.992", "cylinder-2 b": "35.993", "face-1 length": "80.05"}
     stated_cut = {
         "cut_with": out["id"],
@@ -398,7 +398,7 @@ def test_tolerances_as_the_drawing_has_them_make_a_certificate(service: Running)
         "made_before": [one["id"] for one in seen["made_before"]],
     }
     corrected(otto, part, measured(inside, serial="0018", instrument="micrometer", tolerances=stated, **stated_cut))
-    of_next = certificate_of(service.store, "0018", "shaft")
+    of_next = certify_part(service.store, "0018", "shaft")
     assert of_next.outcome == "conforms"
     limits = {one.characteristic: (one.lower_limit, one.upper_limit) for one in of_next.characteristics}
     # ISO 286: IT6 of 30 to 50 mm is 16 µm

@@ -11,7 +11,7 @@ from trueloop.errors import TrueloopError
 from trueloop.factory.shown.orders import order_rows, today
 from trueloop.factory.shown.programs import proposal_views
 from trueloop.jobs.db.checked import check_store
-from trueloop.jobs.store.opened import opened
+from trueloop.jobs.store.opened import open_store
 from trueloop_lab.example_shop import make_example_shop
 
 
@@ -20,7 +20,7 @@ def test_every_list_of_the_pages_has_something_and_the_store_is_sound(tmp_path: 
     (tmp_path / "shop.db.unfinished").write_text("a run that was interrupted")
     make_example_shop(file)
     assert [one.name for one in tmp_path.iterdir()] == ["shop.db"]
-    store = opened(str(file))
+    store = open_store(str(file))
     assert not check_store(store).findings
     (order,) = order_rows(store).items
     assert (order.quantity, order.held) == (4, 1)

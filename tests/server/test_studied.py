@@ -11,7 +11,7 @@ from tests.support.series import inspection
 from tests.support.service import Running, problem
 from trueloop.jobs.diagnose import diagnosed
 from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
-from trueloop.jobs.monitor.charts import charts_of
+from trueloop.jobs.monitor.charts import control_charts
 from trueloop.loops.monitor.chart import ChartOptions
 from trueloop.report.texts.texts import german
 from trueloop.server.app import Studies
@@ -27,7 +27,7 @@ def test_charts_are_those_of_the_command(service: Running) -> None:
     vera = service.signed_in("viewer")
     shown = vera.get("charts/SHAFT?characteristic=seat&rules=1&rules=2&rules=3").json()
     options = ChartOptions(rules=(1, 2, 3))
-    assert shown == json.loads(charts_of(service.store, "SHAFT", ("seat",), options).model_dump_json())
+    assert shown == json.loads(control_charts(service.store, "SHAFT", ("seat",), options).model_dump_json())
     (seat,) = shown["characteristics"]
     # nine in a row below the centre, the last of them 508; then one far above the limits
     assert [(one["first"], one["last"]) for one in seat["alarms"]] == [("508", "509")]

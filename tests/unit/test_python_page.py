@@ -33,7 +33,7 @@ def test_the_notebook_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_table_has_columns_for_fields_of_fields_and_a_row_for_each_value() -> None:
-    planned = trueloop.next_measurements(trueloop.example("shaft/job.toml"), 2)
+    planned = trueloop.plan_measurements(trueloop.example("shaft/job.toml"), 2)
     frame = trueloop.to_frame([planned.plan, planned.plan])
     assert len(frame) == 2
     assert len(frame["chosen"][0]) == 2

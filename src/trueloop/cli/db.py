@@ -23,9 +23,9 @@ def check(db: Db = None, as_json: AsJson = False) -> None:
     Rows must be what was kept, links must lead to rows; labels, order and times must agree.
     """
     from trueloop.jobs.db.checked import check_store
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
 
-    store = opened(db, read_only=True)
+    store = open_store(db, read_only=True)
     with busy(f"checking {store.where}") as progress:
         done = check_store(store, progress)
     if as_json:
@@ -48,9 +48,9 @@ def backup(file: Copy, db: Db = None) -> None:
     As it is at one moment.
     """
     from trueloop.jobs.db.copied import back_up
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
 
-    store = opened(db, read_only=True)
+    store = open_store(db, read_only=True)
     with busy(f"copying {store.where}") as progress:
         back_up(store, file, progress)
     typer.echo(f"written: {file}", err=True)
@@ -75,9 +75,9 @@ def export(output: Output, db: Db = None) -> None:
     One value a line; imported into an empty store, it gives an equal one.
     """
     from trueloop.jobs.db.copied import export as write
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
 
-    store = opened(db, read_only=True)
+    store = open_store(db, read_only=True)
     with busy(f"exporting {store.where}"):
         count = write(store, output)
     typer.echo(f"written: {output}, {count} values", err=True)
@@ -105,13 +105,13 @@ def find(what: FindWhat, wanted: Wanted, db: Db = None, as_json: AsJson = False)
     Each has its name, by which `show` and `replace` take it.
     """
     from trueloop.jobs.db.found import NAMES, TRANSFERS, Sought, found_rows
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
 
     known = (*NAMES, TRANSFERS)
     if what not in known:
         raise typer.BadParameter(f"{what!r} is not one of {', '.join(known)}", param_hint="WHAT")
     sought = Sought(wanted.part_type, wanted.serial, wanted.edge, wanted.since, superseded=wanted.superseded)
-    rows = found_rows(opened(db), what, sought)
+    rows = found_rows(open_store(db), what, sought)
     if as_json:
         print_json({"what": what, "rows": [row.as_dict for row in rows]})
     else:
@@ -158,9 +158,9 @@ def import_(files: Files, meant: Meant, db: Db = None, as_json: AsJson = False) 
     """Keep files in the store, each whole or not at all. What is there already is found and not kept twice."""
     from trueloop.formats.inspections.measured_file import StatedFacts
     from trueloop.jobs.db.imported import InspectionOptions, import_files
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
 
-    store = opened(db)
+    store = open_store(db)
     of = InspectionOptions(
         meant.job, meant.serial, StatedFacts(meant.unit, meant.mapping), heed_labels=not meant.ignore_labels
     )
@@ -184,10 +184,10 @@ def init(place: Place = None) -> None:
 
     A PostgreSQL database is named by its URL.
     """
-    from trueloop.jobs.store.opened import BESIDE, made
+    from trueloop.jobs.store.opened import BESIDE, make_store
     from trueloop.storage.reading import shown
 
-    made(place or BESIDE)
+    make_store(place or BESIDE)
     typer.echo(f"made: {shown(place or BESIDE)}", err=True)
 
 
@@ -203,10 +203,10 @@ def replace(row: RowId, file: File, why: Why, by: By = "", db: Db = None) -> Non
     The row stays, superseded, with the person and the reason.
     """
     from trueloop.jobs.db.found import left_behind, named_row, replace_row, row_name
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.jobs.user import user_name
 
-    store = opened(db)
+    store = open_store(db)
     wrong = named_row(store, row)
     kept = replace_row(store, wrong, file, by=by or user_name(), why=why)
     typer.echo(f"kept: {row_name(type(kept.value), kept.row)} supersedes {row}", err=True)
@@ -223,9 +223,9 @@ def show(what: What, db: Db = None, as_json: AsJson = False) -> None:
     Inspections, corrections and cuts with their links.
     """
     from trueloop.jobs.db.found import NamedRow, life_of_part, named, shown_row
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
 
-    store = opened(db, read_only=True)
+    store = open_store(db, read_only=True)
     found = named(store, what)
     if isinstance(found, NamedRow):
         row = shown_row(store, found)

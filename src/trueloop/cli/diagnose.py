@@ -132,7 +132,7 @@ def fixture(
     Spread, drift and step of repeats. Exit status 1 if not.
     """
     from trueloop.jobs.diagnose.shaped import fixture_of_file, fixture_of_part, limits_of
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.report.diagnosis.lines import fixture_lines
     from trueloop.report.diagnosis.page_part import fixture_page
     from trueloop.report.markup import write_page
@@ -141,7 +141,7 @@ def fixture(
     if of_what.lower().endswith((".csv", ".txt")):
         found = fixture_of_file(Path(of_what), repeats)
     else:
-        found = fixture_of_part(opened(db), of_what, of.asked(None), repeats)
+        found = fixture_of_part(open_store(db), of_what, of.asked(None), repeats)
     files = write_page(found, "fixture", fixture_page, output, page.language, page.unit)
     print_diagnosis(found, fixture_lines(found), found.findings, files, as_json=as_json)
     if not all(fixturing.stable for fixturing in found.fixturings):
@@ -163,13 +163,13 @@ def machine(
     As sets, with what would divide each set.
     """
     from trueloop.jobs.diagnose.shaped import machine as diagnosed_machine
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.report.diagnosis.lines import machine_lines
     from trueloop.report.diagnosis.page_machine import machine_page
     from trueloop.report.markup import write_page
 
     with busy("diagnosing"):
-        found = diagnosed_machine(opened(db), model, part_type or (), elements_of(element), accept or ())
+        found = diagnosed_machine(open_store(db), model, part_type or (), elements_of(element), accept or ())
         files = write_page(found, "machine", machine_page, output, page.language, page.unit)
     print_diagnosis(found, machine_lines(found), found.findings, files, as_json=as_json)
 
@@ -188,12 +188,12 @@ def part(
     Errors of its features by device, components at its points.
     """
     from trueloop.jobs.diagnose import diagnosed
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.report.diagnosis.lines import part_lines
     from trueloop.report.diagnosis.page_part import part_page
 
     with busy("diagnosing"):
-        found = diagnosed.parts(opened(db), serial, of.asked(accept))
+        found = diagnosed.part_causes(open_store(db), serial, of.asked(accept))
         files = _written(found, "part", part_page, output, page)
     _print_shares(found, part_lines, files, as_json=as_json)
 
@@ -206,12 +206,12 @@ def series(
     Tool, probe, set-up, deflection, chatter, or the machine.
     """
     from trueloop.jobs.diagnose import diagnosed
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.report.diagnosis.lines import series_lines
     from trueloop.report.diagnosis.page_part import series_page
 
     with busy("diagnosing"):
-        found = diagnosed.every_series(opened(db), of.asked(accept))
+        found = diagnosed.series_causes(open_store(db), of.asked(accept))
         files = _written(found, "series", series_page, output, page)
     _print_shares(found, series_lines, files, as_json=as_json)
 
@@ -233,14 +233,14 @@ def refine(
     Parts left out judge it. It is offered, not in force. `trueloop machine accept` puts it in force.
     """
     from trueloop.jobs.diagnose.shaped import Refining, refined
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.report.diagnosis.lines import machine_lines
     from trueloop.report.texts.texts import Texts
 
     names = tuple(name.strip() for name in errors.split(",") if name.strip())
     asked = Refining(names, tuple(part_type or ()), tuple(elements_of(element).items()), share)
     with busy("refining"):
-        done = refined(opened(db), model, asked, out, Texts(page.language, page.unit), accept or ())
+        done = refined(open_store(db), model, asked, out, Texts(page.language, page.unit), accept or ())
     print_diagnosis(done.shape, machine_lines(done.shape), done.shape.findings, list(done.files), as_json=as_json)
     if done.kept and not as_json:
         typer.echo(done.kept)
@@ -263,10 +263,10 @@ def standard(
     """
     from trueloop.formats.inspections.measured_file import StatedFacts
     from trueloop.jobs.diagnose.records import keep_standard, standard_of
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
 
     named = standard_of(part_type, serial)
-    kept = keep_standard(opened(db), file, named, StatedFacts(unit, mapping), by, supersede=supersede)
+    kept = keep_standard(open_store(db), file, named, StatedFacts(unit, mapping), by, supersede=supersede)
     print_findings(kept.findings)
     if as_json:
         print_json(kept_as_dict(kept))

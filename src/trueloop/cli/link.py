@@ -41,9 +41,9 @@ class LinkOf:
         if db is None:
             return None
         from trueloop.jobs.links import Recorder
-        from trueloop.jobs.store.opened import opened
+        from trueloop.jobs.store.opened import open_store
 
-        return Recorder(opened(db), self.link)
+        return Recorder(open_store(db), self.link)
 
 
 def offsets(

@@ -320,16 +320,16 @@ def next_measurement(
     taken = dict(map(_minutes, minutes or ()))
     from trueloop.formats.inspections.gauge_csv import holds_readings
     from trueloop.formats.outputs import write_all
-    from trueloop.jobs.measure.next_measurement import SHEET, next_of_job, next_of_part, written_files
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.measure.next_measurement import SHEET, next_of_part, plan_measurements, written_files
+    from trueloop.jobs.store.opened import open_store
 
     asked, job = [one for one in KINDS if one in kinds], Path(of_what) if of_what.endswith(".toml") else None
     if job is not None:
-        found = next_of_job(job, count, asked, taken, db)
+        found = plan_measurements(job, count, asked, taken, db)
     elif control is not None:
         raise typer.BadParameter("a probing program needs the probe that a job names: name the job", param_hint="-c")
     else:
-        found = next_of_part(opened(db), of_what, count, asked, taken, part_type)
+        found = next_of_part(open_store(db), of_what, count, asked, taken, part_type)
     if output is not None and found.plan.chosen:
         texts = written_files(found, job, control)
         inputs = (*found.files, *([output / SHEET] if holds_readings(output / SHEET) else []))

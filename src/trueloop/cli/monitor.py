@@ -41,11 +41,11 @@ def certify(
 
     Exit status 1 unless it conforms.
     """
-    from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.monitor.certificate import certify_part, write_certificate
+    from trueloop.jobs.store.opened import open_store
     from trueloop.report.monitor.certificate import HEAD, certificate_rows, in_force_lines
 
-    shown = certificate_of(opened(db), serial, part_type, u_um, who or "")
+    shown = certify_part(open_store(db), serial, part_type, u_um, who or "")
     files = write_certificate(shown, output, page.language, page.unit)
     if as_json:
         print_json({**shown.model_dump(mode="json"), "files": files})
@@ -98,8 +98,8 @@ def chart(
 
     Alarms with their likely causes, capability with intervals.
     """
-    from trueloop.jobs.monitor.charts import charts_of
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.monitor.charts import control_charts
+    from trueloop.jobs.store.opened import open_store
     from trueloop.loops.monitor.chart import ChartOptions
     from trueloop.report.markup import write_page
     from trueloop.report.monitor.chart_page import chart_page
@@ -110,7 +110,7 @@ def chart(
         raise typer.BadParameter(f"{rules!r}: name tests by numbers from 1 to 8, as 1,2,5", param_hint="--rules")
     options = ChartOptions(tuple(sorted(set(numbers))), _baseline(baseline, each_setting), each_setting, what.value)
     with busy("charting the series"):
-        shown = charts_of(opened(db), part_type, characteristic or (), options)
+        shown = control_charts(open_store(db), part_type, characteristic or (), options)
         files = write_page(shown, "monitor", chart_page, output, page.language, page.unit)
     if as_json:
         print_json({**shown.model_dump(mode="json"), "files": files})
@@ -152,11 +152,11 @@ def gauge(
     Bias, repeatability and drift. Exit status 1 on an alarm.
     """
     from trueloop.jobs.monitor.charts import gauges_of
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.report.markup import write_page
     from trueloop.report.monitor.gauge import HEAD, gauge_page, gauge_rows, remark_lines
 
-    shown = gauges_of(opened(db), name)
+    shown = gauges_of(open_store(db), name)
     files = write_page(shown, "gauges", gauge_page, output, page.language, page.unit)
     if as_json:
         print_json({**shown.model_dump(mode="json"), "files": files})

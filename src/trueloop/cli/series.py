@@ -54,15 +54,15 @@ def add(files: Files, facts: FileFacts, db: Db = None, as_json: AsJson = False) 
     A file that is wrong anywhere is not stored.
     """
     from trueloop.formats.inspections.measured_file import StatedFacts
-    from trueloop.jobs.series import Adding, add_files
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.series import Adding, add_inspections
+    from trueloop.jobs.store.opened import open_store
 
     cut_with = None if facts.cut_with is None else tuple(one for one in facts.cut_with if one != NONE)
     adding = Adding(
         facts.part_type or "", facts.serial or "", StatedFacts(facts.unit, facts.mapping), facts.take_nominal, cut_with
     )
     with busy(f"reading {', '.join(map(str, files))}"):
-        added = add_files(opened(db), files, adding)
+        added = add_inspections(open_store(db), files, adding)
     if as_json:
         print_json({"files": [_as_dict(added_file) for added_file in added]})
     else:
@@ -158,7 +158,7 @@ def propose(
     After an alarm also memory begun anew.
     """
     from trueloop.jobs import series
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.loops.post_process.series import SeriesOptions, classes_named
     from trueloop.report.series.lines import proposal_as_dict, proposal_lines
 
@@ -169,7 +169,7 @@ def propose(
         automatic=classes_named(automatic or ()),
     )
     with busy("following the series"):
-        store = opened(db)
+        store = open_store(db)
         done = series.propose(store, which.book(store, options), options, job)
     if as_json:
         found = [proposal_as_dict(proposal, done.book.verdict(proposal)) for proposal in done.proposals]
@@ -224,12 +224,12 @@ def accept(
 ) -> None:
     """Accept a proposal: from now on parts are taken as cut with it. Writes its tool offset where that is requested."""
     from trueloop.jobs.series import accepted
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.loops.post_process.series import SeriesOptions
 
     options = SeriesOptions(largest_mm=max_um / UM_PER_MM, age_hours=max_age_h)
     found, decision, file = accepted(
-        opened(db), proposal, options, offset.where(), who=who or "", why=why, override=override or ()
+        open_store(db), proposal, options, offset.where(), who=who or "", why=why, override=override or ()
     )
     _say(found, decision, as_json, None if file is None else str(file))
 
@@ -237,9 +237,9 @@ def accept(
 def reject(proposal: Id, who: Who = None, why: Why = "", db: Db = None, as_json: AsJson = False) -> None:
     """Reject a proposal: it is kept with who rejected it, and why."""
     from trueloop.jobs.series import rejected
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
 
-    found, decision = rejected(opened(db), proposal, who=who or "", why=why)
+    found, decision = rejected(open_store(db), proposal, who=who or "", why=why)
     _say(found, decision, as_json, None)
 
 
@@ -265,13 +265,13 @@ def status(which: Which, page: Page, output: Output = None, db: Db = None, as_js
     Also parts, last error, the level's band and weight.
     """
     from trueloop.jobs.series import status_of
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.loops.post_process.series import SeriesOptions
     from trueloop.report.series.lines import HEAD, proposal_lines, status_rows
 
     options = SeriesOptions(take_nominal=which.take_nominal)
     with busy("following the series"):
-        book = which.book(opened(db), options)
+        book = which.book(open_store(db), options)
         shown = status_of(book, options)
         files = _written(shown, "series", output, page)
     if as_json:
@@ -290,12 +290,12 @@ def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_js
     In order; the effect is what each proposal would have left.
     """
     from trueloop.jobs.series import replay_of
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.loops.post_process.series import SeriesOptions
 
     options = SeriesOptions(take_nominal=which.take_nominal)
     with busy("replaying the series"):
-        shown = replay_of(which.book(opened(db), options))
+        shown = replay_of(which.book(open_store(db), options))
         files = _written(shown, "replay", output, page)
     _print_replay(shown, f"{shown.part_type}: {shown.parts} parts", files, as_json)
 

@@ -150,7 +150,7 @@ def serve(
     from trueloop.server.settings import require_packages
 
     require_packages()
-    from trueloop.jobs.store.opened import BESIDE, made, opened
+    from trueloop.jobs.store.opened import BESIDE, make_store, open_store
     from trueloop.server.run import listen, require_safe
     from trueloop.server.run import serve as run
 
@@ -174,9 +174,9 @@ def serve(
         if demo:
             db = _example_shop()
         elif db is None and not Path(BESIDE).exists():
-            made(BESIDE).close()
+            make_store(BESIDE).close()
             typer.echo(f"made the store {BESIDE}", err=True)
-        store = opened(db)
+        store = open_store(db)
         run(store, _settings(where, listening.tls, links), listening, ready, listening=socket, oidc=oidc)
         store.close()
 

@@ -55,7 +55,7 @@ class When:
         as_json: bool,
     ) -> None:
         """Keeps what is decided of the lives known, and prints it. `values` that are None are not stated."""
-        from trueloop.jobs.store.opened import opened
+        from trueloop.jobs.store.opened import open_store
         from trueloop.jobs.tools import Happened, keep_events
         from trueloop.jobs.user import user_name
         from trueloop.report.tool import event_as_dict, event_line
@@ -63,7 +63,7 @@ class When:
         now = datetime.now(UTC).replace(microsecond=0).astimezone()
         given = {name: value for name, value in values.items() if value is not None}
         happened = Happened(parsed(self.at) if self.at else now, user_name(), machine_named(self.machine), given)
-        events = keep_events(opened(self.db), lambda known: decide(known, happened), now, late=self.late)
+        events = keep_events(open_store(self.db), lambda known: decide(known, happened), now, late=self.late)
         if as_json:
             print_json({"events": [event_as_dict(event) for event in events]})
         else:
@@ -186,12 +186,12 @@ def show(
 
     Form, transfer to the finish cut, setting, part types.
     """
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.jobs.tool_life import shown_edge
     from trueloop.report.tool import edge_as_dict, edge_lines, edge_page
 
     with busy(f"parts of {tool}"):
-        shown = shown_edge(opened(db), tool, corner, machine_named(machine))
+        shown = shown_edge(open_store(db), tool, corner, machine_named(machine))
     if output is not None:
         put(edge_page(shown), output, ())
     if as_json:
@@ -208,11 +208,11 @@ def list_(
     as_json: AsJson = False,
 ) -> None:
     """The edges that are mounted."""
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
     from trueloop.jobs.tool_life import listed
     from trueloop.report.tool import life_as_dict, life_line
 
-    known = listed(opened(db), machine_named(machine), every=every)
+    known = listed(open_store(db), machine_named(machine), every=every)
     if as_json:
         print_json({"edges": [life_as_dict(life) for life in known]})
     else:

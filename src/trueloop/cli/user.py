@@ -96,9 +96,9 @@ def _store(db: str | None) -> "Store":
     from trueloop.server.settings import require_packages
 
     require_packages()
-    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.store.opened import open_store
 
-    return opened(db)
+    return open_store(db)
 
 
 def _changed(name: str, db: str | None, **what: object) -> None:

@@ -13,7 +13,8 @@ from trueloop.domain.part import Part
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, ProposalDecision
 from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
-from trueloop.factory.book import Book, read_book
+from trueloop.factory.book import Book, only_type, read_book
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.outputs import write_all
@@ -75,13 +76,30 @@ class AddedFile:
     findings: tuple[Finding, ...]
 
 
-def add_files(store: Store, paths: Sequence[Path], adding: Adding) -> list[AddedFile]:
-    """Adds each file in one transaction, whole or not at all, in the order given.
+def add_inspections(store: Store, paths: Sequence[FilePath], adding: Adding | None = None) -> list[AddedFile]:
+    """Adds the inspections of each file in one transaction, whole or not at all, in the order given.
 
     Raises MSR errors; SER-PART for parts without a name or a serial number, SER-NONE for a file without sizes, SER-UNIT
     for a part in another unit than those before, SER-PROPOSAL for a proposal that was not accepted; STO errors.
+
+    >>> store = trueloop.make_store("shop.db")
+    >>> (added,) = trueloop.add_inspections(store, [trueloop.example("series/first-three.csv")])
+    >>> added.part_type, added.new, added.sizes
+    ('SHAFT', ('101', '102', '103'), 12)
     """
-    return [_added(store, path, adding) for path in paths]
+    return [_added(store, Path(path), adding or Adding()) for path in paths]
+
+
+def stored_inspections(store: Store, part_type: str | None = None) -> list[Inspection]:
+    """Returns the inspections of a part type, of all types without one, in the order in which they were kept.
+
+    >>> store = trueloop.make_store("shop.db")
+    >>> added = trueloop.add_inspections(store, [trueloop.example("series/first-three.csv")])
+    >>> [one.part.serial for one in trueloop.stored_inspections(store, "SHAFT")]
+    ['101', '102', '103']
+    """
+    kept = [stored.value for stored in find(store, Inspection)]
+    return [inspection for inspection in kept if part_type in (None, inspection.part.part_type.name)]
 
 
 def _added(store: Store, path: Path, adding: Adding) -> AddedFile:
@@ -230,6 +248,21 @@ def _accepted_before(inspection: Inspection, accepted: Sequence[ProposalDecision
     if at is None or at.tzinfo is None:
         return tuple(decision.proposal for decision in accepted)
     return tuple(decision.proposal for decision in accepted if decision.at < at)
+
+
+def follow_series(store: Store, part_type: str | None = None) -> SeriesShape:
+    """Returns the series of a part type, the only one without a name: each characteristic over the parts, in µm.
+
+    Raises SER-UNKNOWN.
+
+    >>> store = trueloop.make_store("shop.db")
+    >>> added = trueloop.add_inspections(store, [trueloop.example("series/first-three.csv")])
+    >>> journal = trueloop.follow_series(store).characteristics[0]
+    >>> journal.characteristic, [part.after_um for part in journal.parts]
+    ('journal', [26.0, 29.0, 27.0])
+    """
+    options = SeriesOptions()
+    return status_of(read_book(store, part_type or only_type(store), options), options)
 
 
 def status_of(book: Book, options: SeriesOptions) -> SeriesShape:

@@ -1,12 +1,17 @@
 """Shapes of a page's parts as JSON. Their fields and the texts below them make the JSON schema."""
 
 import math
+from collections.abc import Iterable
+from dataclasses import fields, is_dataclass
 from enum import Enum
+from importlib import import_module
 from typing import Any, Self
 
-from pydantic import ConfigDict
+from pydantic import BaseModel, ConfigDict
 
 from trueloop.described import Described
+from trueloop.errors import Code
+from trueloop.extras import install_command
 from trueloop.units import UM_PER_MM
 
 
@@ -51,3 +56,41 @@ def _field(values: tuple[object, ...], name: str) -> Any:
     if isinstance(found, Enum):
         return found.value
     return None if isinstance(found, float) and not math.isfinite(found) else found
+
+
+def to_frame(rows: Iterable[object]) -> Any:
+    """Returns a table of rows, results or values with named fields, as a DataFrame of pandas, of polars without it.
+
+    A field of fields becomes columns `field.name`; units are in the columns' names, as in the fields'. Raises
+    OUT-FRAME where neither is installed.
+
+    >>> store = trueloop.make_store("shop.db")
+    >>> added = trueloop.add_inspections(store, [trueloop.example("series/first-three.csv")])
+    >>> journal = trueloop.follow_series(store).characteristics[0]
+    >>> trueloop.to_frame(journal.parts)[["serial", "after_um"]].values.tolist()
+    [['101', 26.0], ['102', 29.0], ['103', 27.0]]
+    """
+    for library in ("pandas", "polars"):
+        try:
+            frame = import_module(library).DataFrame
+        except ImportError:
+            continue
+        return frame([_columns(row) for row in rows])
+    raise Code.OUT_FRAME.refusal(
+        "a DataFrame needs a library, and neither 'pandas' nor 'polars' can be loaded", hint=install_command("notebook")
+    )
+
+
+def _columns(row: object, of: str = "") -> dict[str, object]:
+    """Returns the named values of a row; those of a value within it with its name before theirs."""
+    if isinstance(row, BaseModel):
+        named: dict[str, object] = {name: getattr(row, name) for name in type(row).model_fields}
+    elif is_dataclass(row) and not isinstance(row, type):
+        named = {field.name: getattr(row, field.name) for field in fields(row)}
+    else:
+        named = dict(row) if isinstance(row, dict) else {"value": row}
+    columns = dict[str, object]()
+    for name, value in named.items():
+        nested = isinstance(value, BaseModel) or (is_dataclass(value) and not isinstance(value, type))
+        columns |= _columns(value, f"{of}{name}.") if nested else {f"{of}{name}": value}
+    return columns

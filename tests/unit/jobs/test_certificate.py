@@ -21,7 +21,7 @@ from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import StatedFacts
-from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
+from trueloop.jobs.monitor.certificate import certify_part, write_certificate
 from trueloop.jobs.store.codec import store_codec
 from trueloop.report.monitor.certificate import CertificateShape, CertifiedShape, hash_of
 from trueloop.storage.store import Store, find, keep, open_store
@@ -43,7 +43,7 @@ def store_of(*values: object) -> Store:
 
 
 def certified(*values: object, u_um: float | None = None) -> CertificateShape:
-    return certificate_of(store_of(*values), "7", None, u_um, "K. Roth")
+    return certify_part(store_of(*values), "7", None, u_um, "K. Roth")
 
 
 def only(shown: CertificateShape) -> CertifiedShape:
@@ -249,7 +249,7 @@ def test_what_is_said_to_have_been_in_force_is_what_was(tmp_path: Path) -> None:
     by_wear = f'cut_with = "{record}"\ncut_by = "wear"'
     correct(tmp_path, 3, (0.006, 0.006, 0.006, 0.006), "offset", by_wear, db=db)
     store = open_store(db, codec=store_codec())
-    found = {serial: {one.what: one for one in certificate_of(store, serial, None).in_force} for serial in "123"}
+    found = {serial: {one.what: one for one in certify_part(store, serial, None).in_force} for serial in "123"}
     corrected = (tmp_path / "o1" / "corrected.nc").read_bytes()
     assert found["1"]["correction"].words == "none: cut as programmed" and "tool offset" not in found["1"]
     assert found["2"]["correction"].identity == record and "tool offset" not in found["2"]
@@ -288,7 +288,7 @@ def test_the_limits_of_the_job_are_those_of_the_certificate(tmp_path: Path) -> N
     run("db", "init", db)
     correct(tmp_path, 1, FIRST, "contour", more=DRAWING, db=db)
     store = open_store(db, codec=store_codec())
-    first = certificate_of(store, "1", None, 1.0)
+    first = certify_part(store, "1", None, 1.0)
     found = {
         one.characteristic: (one.lower_limit, one.upper_limit, one.verdict, one.device) for one in first.characteristics
     }
@@ -304,7 +304,7 @@ def test_the_limits_of_the_job_are_those_of_the_certificate(tmp_path: Path) -> N
     length = Reading("sh", Quantity.LENGTH, 30.01, feature="face-1", other="face-2", standard_u=0.001)
     keep(store, [inspected(reading, length, part=Part(PartType("s"), "2"))])
     second = {
-        one.characteristic: (one.upper_limit, one.verdict) for one in certificate_of(store, "2", None).characteristics
+        one.characteristic: (one.upper_limit, one.verdict) for one in certify_part(store, "2", None).characteristics
     }
     assert second == {"D30": (30.0, "out"), "D36": (36.1, None), "L30": (30.02, "in")}
 
@@ -327,4 +327,4 @@ def test_parts_that_are_not_known_not_one_or_not_measured_are_refused() -> None:
         with pytest.raises(TrueloopError) as refused:
             certified(*values)
         assert refused.value.code is Code.MON_NONE
-    assert certificate_of(store_of(*twice), "7", "HUB").part_type == "HUB"
+    assert certify_part(store_of(*twice), "7", "HUB").part_type == "HUB"

@@ -13,7 +13,7 @@ from tests.support.standards import FIRST, RING, STANDARD, check, checks
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.monitor.charts import charts_of, failed_checks, gauges_of
+from trueloop.jobs.monitor.charts import control_charts, failed_checks, gauges_of
 from trueloop.loops.monitor.chart import ChartOptions
 from trueloop.report.markup import write_page
 from trueloop.report.monitor.gauge import GaugeShape, gauge_page
@@ -102,7 +102,7 @@ def test_parts_measured_after_a_failing_check_alarm_with_the_gauge_as_their_like
     parts = [_part(k, rng.normal(0.0, 1.0) + (9.0 if k >= 18 else 0.0)) for k in range(26)]
     store = store_of(STANDARD, *checks(off), *parts)
     assert [bool(said) for _, said in failed_checks(store)["bore gauge"]] == [False] * 5 + [True, True]
-    (one,) = charts_of(store, "SHAFT", (), ChartOptions(baseline=15)).characteristics
+    (one,) = control_charts(store, "SHAFT", (), ChartOptions(baseline=15)).characteristics
     cause = one.alarms[0].causes[0]
     assert (cause.kind, one.alarms[0].first) == ("gauge", "118")
     assert cause.probability > 0.5 and "check of bore gauge on R7" in cause.words

@@ -15,7 +15,7 @@ from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, only_type, read_book
-from trueloop.jobs.series import Adding, add_files, status_of
+from trueloop.jobs.series import Adding, add_inspections, status_of
 from trueloop.loops.post_process.decide import OVERRIDES
 from trueloop.loops.post_process.propose import ProposalContext, proposals_of
 from trueloop.loops.post_process.series import NAMES, SeriesOptions
@@ -116,9 +116,9 @@ def test_of_a_file_of_several_part_types_the_stated_one_is_added(tmp_path: Path)
     store = open_store("sqlite://", create=True)
     for stated in ("", "SH"):
         with pytest.raises(TrueloopError) as refused:
-            add_files(store, [file], Adding(stated))
+            add_inspections(store, [file], Adding(stated))
         assert refused.value.code is Code.SER_PART and "--type shaft" in (refused.value.hint or "")
-    assert [add_files(store, [file], Adding(name))[0].new for name in ("bush", "shaft")] == [("1",), ("1", "2")]
+    assert [add_inspections(store, [file], Adding(name))[0].new for name in ("bush", "shaft")] == [("1",), ("1", "2")]
 
 
 def test_the_commands_name_what_the_code_has() -> None:

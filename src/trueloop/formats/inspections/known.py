@@ -8,7 +8,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.input_file import readable
+from trueloop.formats.input_file import FilePath, readable
 from trueloop.formats.inspections import calypso, pc_dmis, plate, serial_gauge
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.dmis import reader as dmis
@@ -68,10 +68,19 @@ HEAD: Final = 65_536
 
 
 @put_off()
-def read_measured_file(path: Path, stated: StatedFacts) -> MeasuredFile:
-    """Reads a file's inspections. Raises MSR errors with their places; MSR-FORMAT where no format is recognised."""
+def read_measured_file(path: FilePath, stated: StatedFacts | None = None) -> MeasuredFile:
+    """Reads the inspections of a file of a gauge, a measuring machine or a control; lengths are mm.
+
+    `stated`: unit and mapping, where the file does not state them. Raises MSR and TCH errors with their places;
+    MSR-FORMAT where no format is recognised.
+
+    >>> file = trueloop.read_measured_file(trueloop.example("series/first-three.csv"))
+    >>> [(inspection.part.serial, len(inspection.readings)) for inspection in file.inspections]
+    [('101', 4), ('102', 4), ('103', 4)]
+    """
+    stated = stated or StatedFacts()
     try:
-        return _read(path, stated)
+        return _read(Path(path), stated)
     except TrueloopError as error:
         if error.code is not Code.MSR_UNIT or not stated.unit_key or "--unit" not in error.hint:
             raise

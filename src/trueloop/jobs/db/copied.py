@@ -28,7 +28,7 @@ from trueloop.domain.codec import Codec
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import readable
 from trueloop.formats.outputs import written_as_it_comes
-from trueloop.jobs.store.opened import made, opened, require_nothing
+from trueloop.jobs.store.opened import make_store, open_store, require_nothing
 from trueloop.storage.integrity import damage
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import KINDS
@@ -196,7 +196,7 @@ def back_up(store: Store, path: Path, progress: Progress) -> None:
                 raw.backup(target)
                 target.execute("PRAGMA journal_mode = DELETE")  # one file: what is in a log is not in the copy
         else:
-            copy = made(str(part))
+            copy = make_store(str(part))
             copy_rows(store, copy, _told(progress, store.where))
             copy.close()
 
@@ -209,10 +209,10 @@ def restore(path: Path, place: str, progress: Progress) -> Copied:
     with readable(path, Code.STO_IMPORT, hint=HINT), path.open("rb") as file:
         beginning = file.read(HEAD)
     if "://" in place:
-        return _restored(path, made(place), progress, export=is_export(beginning))
+        return _restored(path, make_store(place), progress, export=is_export(beginning))
     require_nothing(Path(place))
     with _appearing(Path(place)) as part:
-        store = made(str(part))
+        store = make_store(str(part))
         copied = _restored(path, store, progress, export=is_export(beginning))
         store.close()
     return copied
@@ -221,7 +221,7 @@ def restore(path: Path, place: str, progress: Progress) -> Copied:
 def _restored(path: Path, store: Store, progress: Progress, *, export: bool) -> Copied:
     if export:
         return keep_lines(store, read_export(path, store.codec), progress, str(path))
-    backup = opened(str(path), read_only=True)
+    backup = open_store(str(path), read_only=True)
     for one in damage(backup):
         row = f"{one.table}:{one.row}" if one.row is not None else one.table
         raise Code.STO_DAMAGED.refusal(

@@ -63,12 +63,20 @@ T = TypeVar("T", PartDiagnosisShape, SeriesDiagnosisShape)
 
 def part(store: Store, serial: str, options: DiagnosisOptions) -> PartDiagnosisShape:
     """Diagnoses one part that one edge cut, or what one edge cut of it. Raises DIA errors, those of job and model."""
-    return _only(parts(store, serial, options))
+    return _only(part_causes(store, serial, options))
 
 
-def parts(store: Store, serial: str, options: DiagnosisOptions) -> list[PartDiagnosisShape]:
-    """Diagnoses one part: what each edge cut of it, where several did."""
-    return [_part(store, share, options) for share in part_named(store, serial, options.part_type).shares]
+def part_causes(store: Store, serial: str, options: DiagnosisOptions | None = None) -> list[PartDiagnosisShape]:
+    """Diagnoses one part: what each edge cut of it, where several did. Raises DIA and STO errors.
+
+    >>> store = trueloop.make_store("shop.db")
+    >>> added = trueloop.add_inspections(store, [trueloop.example("series/first-three.csv")])
+    >>> (causes,) = trueloop.part_causes(store, "102")
+    >>> [(error.feature, error.value_um) for error in causes.part.errors["CMM"]]  # of the radius
+    [('journal-24', 14.5), ('seat-30', 13.5), ('seat-36', 15.5)]
+    """
+    asked = options or DiagnosisOptions()
+    return [_part(store, share, asked) for share in part_named(store, serial, asked.part_type).shares]
 
 
 def _part(store: Store, named: Part, options: DiagnosisOptions) -> PartDiagnosisShape:
@@ -93,12 +101,20 @@ def _part(store: Store, named: Part, options: DiagnosisOptions) -> PartDiagnosis
 
 def series(store: Store, options: DiagnosisOptions) -> SeriesDiagnosisShape:
     """Diagnoses all parts of a type that one edge cut, or what one edge cut of them."""
-    return _only(every_series(store, options))
+    return _only(series_causes(store, options))
 
 
-def every_series(store: Store, options: DiagnosisOptions) -> list[SeriesDiagnosisShape]:
-    """Diagnoses all parts of a type: what each edge cut of them, where several did."""
-    return [_series(store, name, options) for name in types_of(store, options.part_type)]
+def series_causes(store: Store, options: DiagnosisOptions | None = None) -> list[SeriesDiagnosisShape]:
+    """Diagnoses all parts of a type: what each edge cut of them, where several did. Raises DIA and STO errors.
+
+    >>> store = trueloop.make_store("shop.db")
+    >>> added = trueloop.add_inspections(store, [trueloop.example("series/first-three.csv")])
+    >>> (causes,) = trueloop.series_causes(store)
+    >>> causes.causes.candidates[0].name, round(causes.causes.candidates[0].probability, 2)
+    ('tool offset set wrongly', 0.42)
+    """
+    asked = options or DiagnosisOptions()
+    return [_series(store, name, asked) for name in types_of(store, asked.part_type)]
 
 
 def _series(store: Store, part_type: str, options: DiagnosisOptions) -> SeriesDiagnosisShape:

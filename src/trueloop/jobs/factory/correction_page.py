@@ -10,7 +10,7 @@ from trueloop.errors import TrueloopError
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import unknown
 from trueloop.factory.requests import By, Certify
-from trueloop.jobs.monitor.certificate import certificate_of
+from trueloop.jobs.monitor.certificate import certify_part
 from trueloop.loops.turned import correction as turned
 from trueloop.report.monitor.certificate import certificate_page
 from trueloop.report.style import in_the_dark
@@ -71,7 +71,7 @@ def certify(store: Store, part: int, language: Language, by: By, now: datetime, 
     found = next((stored.value for stored in find(store, Part) if stored.row == part), None)
     if found is None:
         raise unknown("part", str(part), "the store has no such row")
-    shape = certificate_of(store, found.serial, found.part_type.name, u_um, by.name)
+    shape = certify_part(store, found.serial, found.part_type.name, u_um, by.name)
     page = certificate_page(shape, Texts(language, "mm")).encode()
     carry_out(store, Certify(part, page, shape.outcome), by, now)
     return sha256_of(page)

@@ -18,6 +18,7 @@ from trueloop.domain.record import Correction as StoredCorrection
 from trueloop.domain.tool import Edge as ToolEdge
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv, holds_readings
 from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
 from trueloop.formats.measurements.touches_csv import holds_touches
@@ -132,9 +133,9 @@ class NextOf:
         }
 
 
-def next_of_job(
-    path: Path,
-    count: int,
+def plan_measurements(
+    path: FilePath,
+    count: int = 5,
     instruments: Sequence[Instrument] = INSTRUMENTS,
     minutes: Mapping[Instrument, float] = MINUTES,
     db: Choice = None,
@@ -142,9 +143,14 @@ def next_of_job(
     """Plans at most `count` measurements of a job's part, after those that the job names, and by what earlier parts of
     its edges have shown, where a store knows them: `db`, or that of the job.
 
-    Where none of the files that it names has a value, nothing was measured yet. Raises JOB, NC, GEO, TCH, MSR, TOL, STO
+    Where none of the files that it names is there, nothing was measured yet. Raises JOB, NC, GEO, TCH, MSR, TOL, STO
     and EDG errors.
+
+    >>> planned = trueloop.plan_measurements(trueloop.example("shaft/job.toml"), 2)
+    >>> [measurement.name for measurement in planned.plan.chosen]
+    ['end-face 4 (cmm)', 'cone 4 (cmm)']
     """
+    path = Path(path)
     files = JobFiles.of(path)
     gauging, folder = files.job.gauging, files.path.parent
     measured = any(holds_touches(folder / one) for one in gauging.touches_files)

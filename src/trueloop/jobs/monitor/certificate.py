@@ -35,13 +35,18 @@ from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
 
 
-def certificate_of(
-    store: Store, serial: str, part_type: str | None, stated_u_um: float | None = None, who: str = ""
+def certify_part(
+    store: Store, serial: str, part_type: str | None = None, stated_u_um: float | None = None, who: str = ""
 ) -> CertificateShape:
     """Makes the certificate of a part. `stated_u_um`: standard uncertainty of readings that state none.
 
     Of a part that several edges or set-ups cut the certificate is of the whole. Raises MON-NONE for a part that the
     store does not know, of which it knows several, or that was not measured.
+
+    >>> store = trueloop.make_store("shop.db")
+    >>> added = trueloop.add_inspections(store, [trueloop.example("series/first-three.csv")])
+    >>> trueloop.certify_part(store, "101", stated_u_um=1.0, who="K. Roth").outcome
+    'does not conform'
     """
     whole = _part(store, serial, part_type)
     shares = [_share(store, part) for part in whole.shares]

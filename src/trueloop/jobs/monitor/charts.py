@@ -151,11 +151,22 @@ def _utc(at: datetime) -> datetime:
     return at if at.tzinfo else at.replace(tzinfo=UTC)
 
 
-def charts_of(store: Store, part_type: str | None, names: Sequence[str], options: ChartOptions) -> ChartsShape:
-    """Charts the characteristics requested, () all; those of earlier nominals and limits are left out.
+def control_charts(
+    store: Store, part_type: str | None = None, names: Sequence[str] = (), options: ChartOptions | None = None
+) -> ChartsShape:
+    r"""Charts the characteristics named, () all; those of earlier nominals and limits are left out.
 
     Raises SER-UNKNOWN for a part type that there is not, MON-NONE for a characteristic without values, MON-FEW where
     none of them has enough.
+
+    >>> store = trueloop.make_store("shop.db")
+    >>> rows = [f"SHAFT,{k},seat,seat,diameter,mm,30,29.98,30.02,{30.002 + 0.001 * (k * 3 % 7)}" for k in range(20)]
+    >>> head = "part name,serial,characteristic,feature,quantity,unit,nominal,lower limit,upper limit,actual"
+    >>> written = Path("seats.csv").write_text("\n".join([head, *rows]))
+    >>> added = trueloop.add_inspections(store, ["seats.csv"])
+    >>> seat = trueloop.control_charts(store, names=["seat"]).characteristics[0]
+    >>> len(seat.parts), seat.segments[0].centre, seat.alarms  # µm
+    (20, 4.95, [])
     """
     book = read_book(store, part_type or only_type(store), SeriesOptions())
     known = sorted({series.series.name for series in book.tracked})
@@ -174,7 +185,7 @@ def charts_of(store: Store, part_type: str | None, names: Sequence[str], options
     for series in book.tracked:
         if series.series.latest and (not names or series.series.name in names):
             try:
-                charted.append(chart_of(series, facts.of(series.series), options))
+                charted.append(chart_of(series, facts.of(series.series), options or ChartOptions()))
             except TrueloopError as refused:
                 if refused.code is not Code.MON_FEW:
                     raise
@@ -183,7 +194,7 @@ def charts_of(store: Store, part_type: str | None, names: Sequence[str], options
     if not charted:
         raise few[0]
     findings = (*book.findings, *(_as_note(error) for error in few))
-    return charts_shape(book.part_type, charted, options, findings)
+    return charts_shape(book.part_type, charted, options or ChartOptions(), findings)
 
 
 def _as_note(refused: TrueloopError) -> Finding:

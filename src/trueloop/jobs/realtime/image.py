@@ -23,7 +23,7 @@ from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.db.found import named_row
 from trueloop.jobs.machine.mapped_program import ModelFile
-from trueloop.jobs.store.opened import Choice, Keeping, opened
+from trueloop.jobs.store.opened import Choice, Keeping, open_store
 from trueloop.jobs.turned.compensate import correct_job
 from trueloop.loops.realtime.process_table import PlacedCorrection, machine_of, process_table
 from trueloop.loops.turned.commanded import Run
@@ -90,7 +90,7 @@ def table_of_record(record: str, placing: Placing, db: Choice = None) -> Correct
     Raises STO errors, STO-UNKNOWN for a record that is not there, RTC-TABLE for one that corrects no turned part, and
     what `table_of_job` raises of tables.
     """
-    store = opened(db, read_only=True)
+    store = open_store(db, read_only=True)
     found: list[Any] = find(store, Kept, identity=joined((record,)))
     kept: Kept[Correction] = found[-1].value if found else named_row(store, record).kept.value
     if kept.record.product is not Product.TURNED:

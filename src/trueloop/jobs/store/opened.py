@@ -99,12 +99,17 @@ def kept_all_the_same(kept: "KeptFacts | None") -> Iterator[None]:
 NO_STORE: Final = "make one by `trueloop db init`, or name one by --db"
 
 
-def opened(db: Choice, *, read_only: bool = False) -> "Store":
-    """Opens the requested store, else `trueloop.db` in the present folder. Raises STO errors."""
-    from trueloop.jobs.store.codec import store_codec
-    from trueloop.storage.store import open_store
+def open_store(db: Choice = None, *, read_only: bool = False) -> "Store":
+    """Opens a store by its file or URL, else `trueloop.db` in the present folder. Raises STO errors.
 
-    return open_store(_place(db), codec=store_codec(), read_only=read_only)
+    >>> trueloop.make_store("shop.db").close()
+    >>> trueloop.open_store("shop.db", read_only=True).where
+    'shop.db'
+    """
+    from trueloop.jobs.store.codec import store_codec
+    from trueloop.storage import store
+
+    return store.open_store(_place(db), codec=store_codec(), read_only=read_only)
 
 
 def _place(db: Choice) -> str:
@@ -115,16 +120,20 @@ def _place(db: Choice) -> str:
     return BESIDE
 
 
-def made(place: str) -> "Store":
-    """Makes a new, empty store. Raises STO-EXISTS where there is anything already, STO-FILE and STO-WRITE."""
+def make_store(place: str) -> "Store":
+    """Makes a new, empty store: a file, or the URL of a database. Raises STO-EXISTS, STO-FILE and STO-WRITE.
+
+    >>> trueloop.make_store("shop.db").where
+    'shop.db'
+    """
     from trueloop.jobs.store.codec import store_codec
-    from trueloop.storage.store import open_store
+    from trueloop.storage import store
 
     if "://" in place:
         _require_no_store(place)
     else:
         require_nothing(Path(place))
-    return open_store(place, create=True, codec=store_codec())
+    return store.open_store(place, create=True, codec=store_codec())
 
 
 def require_nothing(path: Path) -> None:

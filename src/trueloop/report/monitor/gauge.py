@@ -80,7 +80,7 @@ def gauges_shape(checked: Sequence[GaugeSeries]) -> GaugesShape:
     return GaugesShape(gauges=[_gauge(series) for series in checked])
 
 
-def charts_of(shown: GaugesShape) -> ChartsShape:
+def control_charts(shown: GaugesShape) -> ChartsShape:
     """Returns the charts alone, as a page of charts has them."""
     charts = [gauge.chart for gauge in shown.gauges]
     return ChartsShape(part_type="", what="value", unit="um", rules=[1], characteristics=charts, findings=[])
@@ -173,7 +173,7 @@ def remark_lines(gauge: GaugeShape) -> Iterator[str]:
 
 def gauge_page(shown: GaugesShape, say: Texts = ENGLISH) -> str:
     """Writes the page as HTML in one file."""
-    charts = charts_of(shown)
+    charts = control_charts(shown)
     figures = "".join(
         figure_block(f"gauge-{k}", chart_figure(shape.chart, charts, say), _named(shape), small=True)
         for k, shape in enumerate(shown.gauges, 1)

@@ -10,7 +10,7 @@ from fastapi import Query, Request
 
 from trueloop.jobs.diagnose import diagnosed
 from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
-from trueloop.jobs.monitor.charts import charts_of
+from trueloop.jobs.monitor.charts import control_charts
 from trueloop.loops.monitor.chart import BASELINE, ChartOptions
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
 from trueloop.report.monitor.chart_values import ChartsShape
@@ -46,7 +46,7 @@ def show_charts(
     names = tuple(characteristic or ())
     shape = worked_out(
         *(request, here, ("charts", part_type, names, options)),
-        lambda: charts_of(here.store, part_type, names, options),
+        lambda: control_charts(here.store, part_type, names, options),
     )
     return said(shape, say)
 
