@@ -10,7 +10,7 @@ from trueloop.machine.correct import axis_table
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.term import Part, Term, segments
-from trueloop_lab.linuxcnc.session import _run, _session
+from trueloop_lab.linuxcnc.session import _run, _session, _uninterrupted
 
 MOTOR_AND_COMMAND = """loadrt sampler depth=60000 cfg=ff
 addf sampler.0 servo-thread
@@ -35,13 +35,17 @@ def _motor_at_targets(table: str) -> Array:
     """Where the motor of X stands after each dwell, (targets,)."""
     blocks = "".join(f"G1 X{x} F11000\nG4 P0.3\n" for x in TARGETS)
     program = f"G21 G18 G8 G90 G94\nG0 X5 Z50\n{blocks}M2\n".encode()
-    with _session(program, 1.0, MOTOR_AND_COMMAND, sample=True) as folder:
-        config = folder / "config"
-        (config / "x.comp").write_text(table)
-        with_table = "[JOINT_0]\nCOMP_FILE = x.comp\nCOMP_FILE_TYPE = 0\n"
-        (config / "machine.ini").write_text((config / "machine.ini").read_text().replace("[JOINT_0]\n", with_table))
-        _run(folder, None)
-        rows = np.loadtxt(config / "positions.txt", ndmin=2)
+
+    def run() -> Array:
+        with _session(program, 1.0, MOTOR_AND_COMMAND, sample=True) as folder:
+            config = folder / "config"
+            (config / "x.comp").write_text(table)
+            with_table = "[JOINT_0]\nCOMP_FILE = x.comp\nCOMP_FILE_TYPE = 0\n"
+            (config / "machine.ini").write_text((config / "machine.ini").read_text().replace("[JOINT_0]\n", with_table))
+            _run(folder, None)
+            return np.loadtxt(config / "positions.txt", ndmin=2)
+
+    rows = _uninterrupted(run)
     # by content, not by count: a busy computer may lose periods, but it stands at each target when it dwells there
     stands = [np.flatnonzero(np.abs(rows[:, 1] - target) < 1e-9) for target in TARGETS]
     assert all(len(periods) > 0 for periods in stands), [len(periods) for periods in stands]

@@ -59,7 +59,8 @@ class Operator:
             except linuxcnc.error:
                 pass  # the status buffer comes up a moment after the display program
             if time.monotonic() > end:
-                raise TimeoutError(f"nothing happened within {timeout_s} s")
+                waited = "LinuxCNC carried out no command" if timeout_s == PATIENCE_S else "the program did not end"
+                raise TimeoutError(f"{waited} within {timeout_s:g} s")
             time.sleep(0.002)
 
     def taken(self) -> None:
@@ -138,7 +139,6 @@ def main() -> int:
             subprocess.run(["halcmd", "setp", "sampler.0.enable", "1"], check=True)
         answer["line"] = operator.run(Path(order["program"]), order["feed_override"], order["timeout_s"])
         answer["error"] = operator.error or (UNNAMED if operator.unnamed else None)
-        answer["unnamed"] = operator.unnamed
         if sampler:
             subprocess.run(["halcmd", "setp", "sampler.0.enable", "0"], check=True)
             operator.until(drained, PATIENCE_S)

@@ -22,7 +22,12 @@ from trueloop_lab.linuxcnc.component import source, virtual_part
 TIMEOUT_S: Final = 600.0
 POLL_S: Final = 0.1
 TOO_BUSY: Final = "USRMOT: ERROR: command timeout"
-"""LinuxCNC prints this, and reports it nowhere else, on ending a program because its motion lacked processor time."""
+"""LinuxCNC prints this where its motion lacked processor time to take a command. It ends the program without a message,
+or sends the command again: a compensation table then seems to hold a place twice.
+"""
+
+NO_COMMAND: Final = "LinuxCNC carried out no command"
+"""Message of the operator where a command that takes a moment was not carried out after a minute."""
 
 QUEUE_LATE: Final = "Queue is not empty after probing"
 """Error of the interpreter where the task continues after a probing move before motion has reported an empty queue."""
@@ -227,19 +232,16 @@ def _require_success(folder: Path) -> None:
 
 def _stopped(folder: Path, answer: dict[str, Any]) -> TrueloopError:
     """LinuxCNC's own message, and the block it means."""
-    if answer.get("unnamed") and TOO_BUSY in (folder / "linuxcnc.log").read_text(errors="replace"):
-        return _InterruptedError(
-            Code.CTL_LINUXCNC,
-            f"LinuxCNC ended the program because its motion did not answer for a second: {TOO_BUSY!r}",
-            hint="the computer is too busy: run it again with less beside it",
-        )
-    said = str(answer["error"]).strip()
-    if said.startswith(QUEUE_LATE):
-        return _InterruptedError(
-            Code.CTL_LINUXCNC,
-            f"LinuxCNC's interpreter read a probe result before its motion had reported the end of the move: {said!r}",
-            hint="the computer is too busy: run it again with less beside it",
-        )
+    said, why = str(answer["error"]).strip(), ""
+    if TOO_BUSY in (folder / "linuxcnc.log").read_text(errors="replace"):
+        why = f"LinuxCNC ended the program because its motion did not answer for a second: {TOO_BUSY!r}, {said!r}"
+    elif said.startswith(QUEUE_LATE):
+        why = f"LinuxCNC's interpreter read a probe result before its motion had reported the end of the move: {said!r}"
+    elif said.startswith(NO_COMMAND):
+        why = said
+    if why:
+        hint = "the computer is too busy: run it again with less beside it"
+        return _InterruptedError(Code.CTL_LINUXCNC, why, hint=hint)
     lines = (folder / "config" / "program.ngc").read_text(errors="replace").splitlines()
     line = _line_meant(folder, said, lines, answer["line"] or 1)
     return Code.CTL_PROGRAM.refusal(

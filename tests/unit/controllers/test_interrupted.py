@@ -12,9 +12,11 @@ from trueloop_lab.linuxcnc import session
 
 Answer = dict[str, object]
 
-BUSY: Answer = {"error": "an error that it does not name", "unnamed": True, "line": 1}
+BUSY: Answer = {"error": "an error that it does not name", "line": 1}
 GAPS: Answer = {"error": None, "overruns": 3, "line": 2}
 PROBED: Answer = {"error": "Queue is not empty after probing", "line": 1}
+TWICE: Answer = {"error": "joint 0: compensation values must increase", "line": 1}
+LATE: Answer = {"error": "LinuxCNC carried out no command within 60 s", "line": None}
 FAULT: Answer = {"error": "Linear move on line 2 would exceed joint 0's positive limit", "line": 2}
 WHOLE: Answer = {"error": None, "overruns": 0, "line": 2}
 
@@ -25,7 +27,7 @@ def _cut(answers: list[Answer]) -> tuple[object, int]:
 
     def play(folder: Path, progress: object = None) -> None:
         answer = next(left)
-        (folder / "linuxcnc.log").write_text(f"{session.TOO_BUSY}\n" if answer is BUSY else "")
+        (folder / "linuxcnc.log").write_text(f"{session.TOO_BUSY}\n" if answer in (BUSY, TWICE) else "")
         (folder / "config" / "answer.json").write_text(json.dumps(answer))
         (folder / "config" / "positions.txt").write_text("1.0 2.0\n")
 
@@ -37,7 +39,7 @@ def _cut(answers: list[Answer]) -> tuple[object, int]:
     return result, len(answers) - len(list(left))
 
 
-@pytest.mark.parametrize("first", [BUSY, GAPS, PROBED])
+@pytest.mark.parametrize("first", [BUSY, GAPS, PROBED, TWICE, LATE])
 def test_an_interrupted_run_is_made_again(first: Answer) -> None:
     positions, runs = _cut([first, first, WHOLE, WHOLE])
     assert runs == 3
@@ -55,3 +57,9 @@ def test_a_fault_of_the_program_is_reported_at_once() -> None:
     error, runs = _cut([FAULT, WHOLE])
     assert isinstance(error, TrueloopError)
     assert (error.code, runs, error.values["block"]) == (Code.CTL_PROGRAM, 1, "G1 X250")
+
+
+def test_a_table_that_does_not_increase_is_a_fault_where_the_motion_was_in_time() -> None:
+    error, runs = _cut([{**TWICE, "line": 2}, WHOLE])
+    assert isinstance(error, TrueloopError)
+    assert (error.code, runs) == (Code.CTL_PROGRAM, 1)
