@@ -165,7 +165,7 @@ def _points(knowledge: EdgeKnowledge) -> Iterator[MemoryPoint]:
 
 
 def _next(history: Sequence[MadePart], part_type: str, say: Texts) -> NextPart:
-    """Of a next part touched where the last one of its type was; which values are found does not matter."""
+    """Returns vectors of a next part, touched where the last part of its type was; their values do not count."""
     last = next(part for part in reversed(history) if part.part_type == part_type)
     after = max(part.order for part in history) + 1.0
     today = replace(last, serial="", order=after, setting=history[-1].setting, finish=None, correction_mm=None)

@@ -188,7 +188,7 @@ class MilledSize:
 
 @dataclass(frozen=True)
 class MilledPart:
-    """What a program mills, in its `unit`; where it cannot be read `problem` says why, `question` what helps."""
+    """Features that a program mills, in its `unit`; `problem`: why it cannot be read, `question`: the remedy."""
 
     name: str
     dialect: str = ""

@@ -85,7 +85,7 @@ def _with_part(path: Path, inspection: Inspection, of: InspectionOptions, job: J
     if of.serial and of.serial != serial:
         raise Code.STO_PART.refusal(
             f"{path.name!r} is of serial number {serial!r}, not of {of.serial!r}",
-            hint="leave --serial out: the file says of which part it is",
+            hint="leave --serial out: the file states the serial number",
             place=Place(str(path)),
         )
     if of.heed_labels:

@@ -338,7 +338,7 @@ def _machine(model: ModelFile | None, table: CorrectedProgram | None, options: I
 
 
 def _travel(model: ModelFile | None, options: ImageOptions) -> tuple[Ends, Ends, Ends]:
-    """Of X, Y, Z; one that is not there stands at 0 anywhere. Raises RTC-MODEL: a travel not stated or without end."""
+    """Returns the travel of X, Y, Z; 0 for a missing axis. Raises RTC-MODEL: a travel not stated or without end."""
     chain = model.model.machine.chain if model else None
     there = [a for a in "XYZ" if a in chain.order] if chain else ["X", "Z"]
     found = {a: options.travel_mm.get(a, chain.axis(a).travel if chain else (1.0, 0.0)) for a in there}

@@ -151,7 +151,7 @@ BY: Final = "trueloop"
 LEARNED: Final = "look what happened before the next part is cut: this one is kept, and later parts learn from it"
 IN_QUARANTINE: Final = (
     "it is kept in quarantine: nothing is learned from it. Where the correction was not run, or another program was, "
-    f"--ran or --program says so, with --supersede; --accept {Code.MEM_ALARM} learns from it as it is"
+    f"state that with --ran or --program and --supersede; --accept {Code.MEM_ALARM} learns from it as it is"
 )
 
 

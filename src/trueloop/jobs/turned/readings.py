@@ -208,7 +208,7 @@ def _measured(file: Path, stated: StatedFacts) -> MeasuredFile:
 
 
 def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
-    """The inspections of the job's part, with what the job says of it where the file does not. Raises MSR-SERIAL."""
+    """Returns the inspections of the job's part; the job fills facts missing in the file. Raises MSR-SERIAL."""
     serials = sorted({inspection.part.serial for inspection in measured.inspections if inspection.part.serial})
     wanted = job.part.serial
     if (wanted and serials and wanted not in serials) or (not wanted and len(serials) > 1):

@@ -117,7 +117,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class OfSetup:
-    """What one set-up cuts: `features` by name, in order; `found` of its `profile`; None: the only tool cuts all."""
+    """The cut of one set-up: `features` by name, in order; `found` of its `profile`; None: the only tool cuts all."""
 
     setup: Setup
     profile: Profile

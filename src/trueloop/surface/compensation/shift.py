@@ -256,7 +256,7 @@ def sampled(path: ToolPath, moves: Integers, turning: ToolAxes, faces: Sequence[
 
 
 COLLAPSED_MM: Final = 0.01
-"""Places of the grid of limits that are nearer to each other are one: at a pole there is no slope around it."""
+"""Distance below which places of the grid of limits count once: at a pole there is no slope around it."""
 DEGREE: Final = 3
 CHECKS: Final = 3
 """Places between two samples of the fit where the fitted surface is compared with the exact one."""
