@@ -16,7 +16,7 @@ from tests.support.surfaces import SQUARE, on_grid, points_to_csv, random_surfac
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.cad.kernel import kernel
-from trueloop.formats.cad.step import read_face, read_faces, write_surface
+from trueloop.formats.cad.step import named_faces, read_faces, write_surface
 from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.jobs.surface.job import ReadSurface, compare_jobs, read_surface
@@ -93,14 +93,14 @@ def _two_faces(path: Path) -> object:
     for z in (0.0, 5.0):
         writer.Transfer(occ.MakeFace(occ.surface_of(_kernel_face(z)), 1e-6).Face(), occ.AS_IS)
     writer.Write(str(path))
-    return read_face(path)
+    return named_faces(path)[0]
 
 
 def _kernel_face(z: float) -> object:
     moved = replace(SURFACE, control_mm=SURFACE.control_mm + np.array([0.0, 0.0, z]))
     with tempfile.TemporaryDirectory() as folder:
         write_surface(moved, Path(folder) / "one.step")
-        return read_face(Path(folder) / "one.step").handle
+        return named_faces(Path(folder) / "one.step")[0].handle
 
 
 def _without_kernel() -> object:

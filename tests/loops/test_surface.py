@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.linuxcnc import interpret
 from tests.support.surfaces import ball_centres, left_on_mm
-from trueloop.formats.cad.step import read_face, read_faces, write_surface
+from trueloop.formats.cad.step import named_faces, read_faces, write_surface
 from trueloop.geometry.surface import closest
 from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.surface.correction import SurfaceInputs
@@ -138,7 +138,7 @@ def test_surfaces_of_others_go_through_deviation_model_and_corrected_step(corpus
         np.testing.assert_allclose(part.deviations.error_mm, error, atol=1e-9)
         corrected = corrected_surface(surface, part.separation.deterministic, tolerance_mm=1e-4)
         write_surface(corrected.surface, tmp_path / "corrected.step")
-        again = read_face(tmp_path / "corrected.step").surface
+        again = named_faces(tmp_path / "corrected.step")[0].surface
         feet = closest(again, corrected.surface.point_mm(u, v))
         assert np.max(np.abs(feet.distance_mm)) < 1e-6
         shift = closest(again, surface.point_mm(*wide)).distance_mm

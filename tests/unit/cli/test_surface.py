@@ -15,7 +15,7 @@ from trueloop.arrays import Array
 from trueloop.cli.terminal import ExitStatus
 from trueloop.domain.record import sha256_of
 from trueloop.formats.cad.kernel import kernel
-from trueloop.formats.cad.step import CadFace, read_face, read_faces
+from trueloop.formats.cad.step import CadFace, named_faces, read_faces
 from trueloop.jobs.surface.job import read_surface
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "surface"
@@ -53,7 +53,7 @@ def test_compensate_writes_surface_program_pattern_maps_and_record(corrected: tu
     assert 10 < told["largest_um"] < 20
     assert told["uncertainty_um"] < 1
     assert "age was not checked" in told["notes"][0]
-    assert read_face(folder / "corrected.step").surface.control_mm.shape[2] == 3
+    assert named_faces(folder / "corrected.step")[0].surface.control_mm.shape[2] == 3
 
 
 def test_the_record_says_what_was_corrected_by_what(corrected: tuple[dict[str, Any], Path]) -> None:
@@ -168,7 +168,7 @@ def test_path_prints_a_program_of_a_csv_grid_too(tmp_path: Path) -> None:
 
 def test_a_scan_of_many_scattered_points_is_written_point_by_point(job: Path, tmp_path: Path) -> None:
     """10⁵ points on a face of CAD: no step of it asks the kernel point by point."""
-    surface, rng = read_face(job.parent / "nominal.step").surface, np.random.default_rng(6)
+    surface, rng = named_faces(job.parent / "nominal.step")[0].surface, np.random.default_rng(6)
     u, v = rng.uniform(0.001, 0.999, (2, 100_000))
     error = 0.01 * np.sin(9 * u) + rng.normal(0, 0.002, len(u))
     points = surface.point_mm(u, v) + error[:, None] * surface.normal(u, v)
@@ -313,7 +313,7 @@ def test_the_corrected_surface_of_a_bored_plate_is_bored(tmp_path: Path) -> None
         measured(tmp_path / f"S{k}.csv", at, at, clear_mm=10.1, seed=k)
     said = run("surface", "compensate", job, "-o", tmp_path / "out")
     assert "not trimmed" not in said
-    face = read_face(tmp_path / "out" / "corrected.step")
+    face = named_faces(tmp_path / "out" / "corrected.step")[0]
     (u0, u1), (v0, v1) = face.surface.domain
     u, v = (u0 + u1) / 2 + (u1 - u0) * np.array([0.0, 0.19, 0.21]), np.full(3, (v0 + v1) / 2)
     assert face.trimmed_away(u, v).tolist() == [True, True, False]
@@ -328,7 +328,7 @@ def test_a_corrected_surface_that_cannot_be_trimmed_is_written_whole_and_said_to
     monkeypatch.setattr("trueloop.formats.cad.step.trimmed_face", lambda *_: None)
     said = run("surface", "compensate", job, "-o", tmp_path / "out")
     assert "corrected.step is the whole patch, not trimmed" in " ".join(said.split())
-    assert read_face(tmp_path / "out" / "corrected.step").loops == ()
+    assert named_faces(tmp_path / "out" / "corrected.step")[0].loops == ()
 
 
 def bored_job(folder: Path) -> Path:

@@ -11,7 +11,7 @@ from tests.support.surfaces import sphere, wavy_surface
 from trueloop.arrays import Array
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.loops import classified, distance_mm, edges_mm
-from trueloop.formats.cad.step import read_face, read_faces, surface_to_bytes, write_surface
+from trueloop.formats.cad.step import named_faces, read_faces, surface_to_bytes, write_surface
 from trueloop.geometry.surface import Surface, closest
 from trueloop.surface.deviations.plausibility import BEYOND_MM
 
@@ -24,7 +24,7 @@ U, V = RNG.uniform(0.02, 0.95, (2, 200))
 def test_what_is_written_is_read_again_with_its_normals(tmp_path: Path, surface: Surface, ending: str) -> None:
     path = tmp_path / f"surface{ending}"
     write_surface(surface, path)
-    feet = closest(read_face(path).surface, surface.point_mm(U, V))
+    feet = closest(named_faces(path)[0].surface, surface.point_mm(U, V))
     assert np.max(np.abs(feet.distance_mm)) < 1e-6
     np.testing.assert_allclose(feet.normal, surface.normal(U, V), atol=1e-6)
     if ending == ".step":
@@ -43,13 +43,13 @@ def test_another_kernel_finds_the_same_surface_in_the_file(
     theirs = points_of(path, (U - u0) / (u1 - u0), (V - v0) / (v1 - v0))
     np.testing.assert_allclose(theirs, surface.point_mm(U, V), atol=1e-6)
     assert b"what it is: 12" in path.read_bytes()
-    assert read_face(path).number == 1
+    assert named_faces(path)[0].number == 1
 
 
 @pytest.mark.parametrize("surface", [wavy_surface(), sphere()], ids=["wavy", "ball"])
 def test_the_kernel_projects_points_to_the_same_feet(tmp_path: Path, surface: Surface) -> None:
     write_surface(surface, tmp_path / "surface.step")
-    face, occ = read_face(tmp_path / "surface.step"), kernel()
+    face, occ = named_faces(tmp_path / "surface.step")[0], kernel()
     points = surface.point_mm(U, V) + RNG.uniform(-2, 2, (200, 1)) * surface.normal(U, V)
     ours = closest(face.surface, points)
     whole = occ.surface_of(face.handle)

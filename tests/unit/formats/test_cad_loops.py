@@ -12,7 +12,7 @@ from trueloop.domain.option import Limits
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.loops import Loop, distance_mm, edges_mm
-from trueloop.formats.cad.step import CadFace, read_face, read_faces, write_surface
+from trueloop.formats.cad.step import CadFace, named_faces, read_faces, write_surface
 from trueloop.geometry.surface import Surface, closest
 from trueloop.surface.compensation.shift import corrected_surface
 
@@ -57,7 +57,7 @@ def test_a_face_with_a_hole_and_a_cut_corner_is_read_as_it_was_written(
 ) -> None:
     path = tmp_path / f"face{ending}"
     write_surface(surface, path, (outer(), hole()))
-    face = read_face(path)
+    face = named_faces(path)[0]
     u, v, wanted = places()
     points = surface.point_mm(u, v)
     np.testing.assert_array_equal(kept(face, points), wanted)
@@ -70,7 +70,7 @@ def test_loops_that_were_read_are_those_that_were_written(tmp_path: Path) -> Non
     """The circle's places keep to the circle, with the face on their left: the hole goes round clockwise."""
     surface = wavy_surface()
     write_surface(surface, tmp_path / "face.step", (hole(), outer()))
-    (around,) = min(read_face(tmp_path / "face.step").loops, key=len)
+    (around,) = min(named_faces(tmp_path / "face.step")[0].loops, key=len)
     from_middle = (around - np.array(HOLE)) / np.array(RADIUS)
     np.testing.assert_allclose(np.hypot(*from_middle.T), 1.0, atol=1e-6)
     turns = np.diff(np.unwrap(np.arctan2(from_middle[:, 1], from_middle[:, 0])))
@@ -79,14 +79,14 @@ def test_loops_that_were_read_are_those_that_were_written(tmp_path: Path) -> Non
 
 def test_a_whole_patch_has_no_loops(tmp_path: Path) -> None:
     write_surface(wavy_surface(), tmp_path / "whole.step")
-    assert read_face(tmp_path / "whole.step").loops == ()
+    assert named_faces(tmp_path / "whole.step")[0].loops == ()
 
 
 def test_a_point_a_little_outside_the_edge_is_no_touch_of_the_face(tmp_path: Path) -> None:
     """Whatever a parameter is in mm, here some 50: 0.04 mm beyond an edge is still the face, 0.06 mm no longer."""
     surface = wavy_surface()
     write_surface(surface, tmp_path / "face.step", (outer(), hole()))
-    face = read_face(tmp_path / "face.step")
+    face = named_faces(tmp_path / "face.step")[0]
     edge, slope = surface.point_mm(*np.array([[0.8], [0.8]])), surface.partials(*np.array([[0.8], [0.8]]))
     a_mm = np.linalg.norm((slope.du + slope.dv)[0] / np.sqrt(2))
     for beyond_mm, away in ((0.04, False), (0.06, True)):
@@ -99,7 +99,7 @@ def test_a_face_whose_edge_passes_the_end_of_its_surface_is_read(tmp_path: Path)
     """By 5 nm, which the kernel takes for nothing when it writes."""
     wide = tuple(piece * (1 + 1e-7) for piece in outer())
     write_surface(wavy_surface(), tmp_path / "face.step", (wide,))
-    face, (u, v, _) = read_face(tmp_path / "face.step"), places()
+    face, (u, v, _) = named_faces(tmp_path / "face.step")[0], places()
     np.testing.assert_array_equal(kept(face, wavy_surface().point_mm(u, v)), u + v < 1.6)
     assert np.max(np.concatenate(face.loops[0])) == 1.0
 
@@ -122,7 +122,7 @@ def corrected_is_trimmed_as(face: CadFace, path: Path) -> None:
     pattern = random_surface(np.random.default_rng(3), 4, 0.002)
     corrected = corrected_surface(face.surface, pattern, limits=Limits(slope=1.0)).surface
     write_surface(corrected, path, face.loops)
-    again, shares = read_face(path), RNG.uniform(0, 1, (2, 500))
+    again, shares = named_faces(path)[0], RNG.uniform(0, 1, (2, 500))
     wanted = ~face.trimmed_away(*shared(face.surface, shares))
     found = kept(again, corrected.point_mm(*shared(corrected, shares)))
     clear = distance_mm(edges_mm(face.handle), face.surface.point_mm(*shared(face.surface, shares))) > 0.1

@@ -26,7 +26,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad import step as cad
 from trueloop.formats.cad.kernel import kernel
-from trueloop.formats.cad.step import CadFace, read_face, read_faces, read_shape
+from trueloop.formats.cad.step import CadFace, named_faces, read_faces, read_shape
 from trueloop.geometry.surface import closest
 from trueloop.surface.deviations.deviations import surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
@@ -127,9 +127,9 @@ def test_only_the_chosen_face_is_converted(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(occ, "to_bspline", without_tori)
     tori = [face.number for face in read_faces(path) if face.kind == "ToroidalSurface"]
     assert len(tori) == 2
-    assert read_face(path, 1).surface.control_mm.shape == (7, 2, 3)
+    assert named_faces(path, [1])[0].surface.control_mm.shape == (7, 2, 3)
     with pytest.raises(TrueloopError, match=rf"B-spline surface of face {tori[0]}: ToroidalSurface, 559\.9 mm²") as no:
-        _ = read_face(path, tori[0]).surface
+        _ = named_faces(path, [tori[0]])[0].surface
     assert no.value.code is Code.SRF_CAD
     assert no.value.place is not None and no.value.place.file == str(path)
 

@@ -37,14 +37,16 @@ FULL_TURN: Final = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class CadFace:
-    """A face of a CAD model: `number` from 1 in the file's order, the kernel's own handle, and the file's other faces.
-    All else is computed when asked for: other faces cost nothing, and none of them can be in the way.
+    """A face of a CAD model: `number` from 1 in the file's order, the kernel's own handle, and the faces that were not
+    named with it; `group` is alike for named faces that run on into each other. All else is computed when it is used:
+    other faces cost nothing, and none of them can be in the way.
     """
 
     file: Path
     number: int
     handle: Any
     others: "tuple[CadFace, ...]" = ()
+    group: int = 0
 
     @cached_property
     def surface(self) -> Surface:
@@ -98,24 +100,26 @@ def read_faces(path: Path) -> list[CadFace]:
     return faces
 
 
-def read_face(path: Path, number: int | None = None) -> CadFace:
-    """Reads one face, by its number from 1; without one the only face. Raises SRF-CAD-CHOICE with a list if several."""
-    faces = read_faces(path)
-    if number is None and len(faces) == 1:
-        number = 1
-    if number is None or not 1 <= number <= len(faces):
-        asked = "none was chosen" if number is None else f"face {number} was asked for"
-        raise Code.SRF_CAD_CHOICE.refusal(
-            f"{path.name!r} has {len(faces)} faces and {asked}",
-            hint="choose one with its number, for `compensate` all that the program cuts, as face = [2, 3]: "
-            + ", ".join(map(str, faces[:20])),
-            place=Place(str(path)),
-            values={"file": path.name, "faces": len(faces)},
-        )
-    return replace(faces[number - 1], others=(*faces[: number - 1], *faces[number:]))
+def named_faces(path: Path, numbers: Sequence[int | None] = (None,)) -> list[CadFace]:
+    """Reads faces by their numbers from 1, None: the only face. Raises SRF-CAD-CHOICE with a list of the faces."""
+    faces, named = read_faces(path), list[CadFace]()
+    for number in numbers:
+        k = 1 if number is None and len(faces) == 1 else number or 0
+        if not 1 <= k <= len(faces):
+            chosen = "none was chosen" if number is None else f"face {number} was asked for"
+            raise Code.SRF_CAD_CHOICE.refusal(
+                f"{path.name!r} has {len(faces)} faces and {chosen}",
+                hint="choose one with its number, for `compensate` all that the program cuts, as face = [2, 3]: "
+                + ", ".join(map(str, faces[:20])),
+                place=Place(str(path)),
+                values={"file": path.name, "faces": len(faces)},
+            )
+        named.append(faces[k - 1])
+    others = tuple(face for face in faces if face not in named)
+    return [replace(face, others=others, group=group) for face, group in zip(named, _groups(named), strict=True)]
 
 
-def groups_of(faces: Sequence[CadFace]) -> list[int]:
+def _groups(faces: Sequence[CadFace]) -> list[int]:
     """Returns a number for each face, equal for those joined along edges with normals within `RUNS_ON_DEG`."""
     group = list(range(len(faces)))
     for k, face in enumerate(faces):

@@ -17,15 +17,8 @@ from trueloop.formats.outputs import Named
 from trueloop.formats.record_file import read_record
 from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.surface import Surface, fit_grid
-from trueloop.jobs.surface.cut_with import (
-    MeasuredFace,
-    inspection_of,
-    point_files,
-    read_measured,
-    require_measured_once,
-    require_stated,
-    with_cut,
-)
+from trueloop.jobs.surface.cut_with import named_in, require_stated, with_cut
+from trueloop.jobs.surface.points import inspection_of, point_files, read_measured, require_measured_once
 from trueloop.jobs.turned.cut_with import GIVEN
 from trueloop.jobs.user import user_name
 from trueloop.loops.surface.compare import Comparison, group_of, require_comparable
@@ -76,8 +69,7 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     points = point_files(path, job) if measured else []
     nominal = path.parent / job.surface.file
     program = path.parent / job.program.finish if job.program else None
-    surfaces, cad_faces = _nominals(nominal, job.surface.face, flip=job.surface.flip)
-    several = len(surfaces) > 1
+    nominals = _nominals(nominal, job.surface.face, flip=job.surface.flip)
     stated = job.gauging.cut_with if measured else ""
     record = [path.parent / stated] if stated not in ("", GIVEN) else []
     for file in record:
@@ -87,16 +79,25 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     cutter = _cutter(job)
     if finish is not None and cutter is not None:
         with in_file(path):
-            for surface, of_tool in product(surfaces, cutter.by_tool):
+            for (surface, _), of_tool in product(nominals, cutter.by_tool):
                 require_outer_side(finish, surface, of_tool)
-    faces = (
-        [MeasuredFace(surfaces[0], None)]
-        if not cad_faces
-        else [
-            MeasuredFace(surface, face.trimmed_away, face.number if several else None)
-            for surface, face in zip(surfaces, cad_faces, strict=True)
-        ]
-    )
+    faces = [
+        SurfaceInputs(
+            name=job.name,
+            surface=surface,
+            parts=(),
+            options=options_of(job),
+            program=finish,
+            cutter=cutter,
+            sha256={},
+            trim=None if cad is None else cad.trimmed_away,
+            beside=() if cad is None else cad.others,
+            program_sha256=job.gauging.program_sha256,
+            face=None if cad is None or len(nominals) == 1 else cad.number,
+            group=0 if cad is None else cad.group,
+        )
+        for surface, cad in nominals
+    ]
     measured_on = [read_measured(file, job, faces) for file in points]
     hashes = {file: sha256_of(file.read_bytes()) for file in files}
     require_measured_once(points, hashes)
@@ -107,22 +108,9 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
                 hint="leave it out of gauging.points",
                 place=Place(str(path)),
             )
-    groups = _groups(cad_faces) if several else [0]
+    sha256 = {named_in(path.parent, file): digest for file, digest in hashes.items()}
     first, *further = (
-        SurfaceInputs(
-            name=job.name,
-            surface=face.surface,
-            parts=tuple(of_faces[k] for of_faces in measured_on),
-            options=options_of(job),
-            program=finish,
-            cutter=cutter,
-            sha256={_named(file, path.parent): digest for file, digest in hashes.items()},
-            trim=face.trim,
-            beside=_beside(cad_faces),
-            program_sha256=job.gauging.program_sha256,
-            face=face.number,
-            group=groups[k],
-        )
+        replace(face, parts=tuple(of_faces[k] for of_faces in measured_on), sha256=sha256)
         for k, face in enumerate(faces)
     )
     inspections = tuple(
@@ -139,7 +127,7 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
         files=files,
         output_folder=folder,
         cad_file=cad_file,
-        faces=cad_faces,
+        faces=tuple(cad for _, cad in nominals if cad is not None),
         store_db=job.store.db,
         cut_stated=given,
     )
@@ -197,7 +185,7 @@ def compare_jobs(before: ReadSurface, after: ReadSurface, work: Work = HERE) -> 
 
 def read_nominal(path: Path, face: int | None, *, flip: bool) -> Surface:
     """Reads the nominal surface: a face of a CAD file, or a CSV grid that the surface goes through."""
-    return _nominal(path, face, flip=flip)[0]
+    return _nominals(path, face, flip=flip)[0][0]
 
 
 def require_one_face(read: ReadSurface) -> ReadSurface:
@@ -215,8 +203,8 @@ def require_one_face(read: ReadSurface) -> ReadSurface:
 
 def _nominals(
     path: Path, face: int | tuple[int, ...] | None, *, flip: bool
-) -> "tuple[list[Surface], tuple[CadFace, ...]]":
-    """Returns the surface of every face that the job names, and the faces where a CAD file has them."""
+) -> "Sequence[tuple[Surface, CadFace | None]]":
+    """Returns the surface of every face that the job names, with the face where a CAD file has it."""
     numbers = face if isinstance(face, tuple) else (face,)
     if len(set(numbers)) < len(numbers):
         raise Code.JOB_KEY.refusal(
@@ -224,57 +212,33 @@ def _nominals(
             hint="name every face once",
             values={"key": "surface.face"},
         )
-    if len(numbers) > 1 and path.suffix.lower() == ".csv":
+    if path.suffix.lower() != ".csv":
+        from trueloop.formats.cad.step import named_faces  # slow to import
+
+        return [(cad.surface.turned_over() if flip else cad.surface, cad) for cad in named_faces(path, numbers)]
+    if len(numbers) > 1:
         raise Code.SRF_CAD_CHOICE.refusal(
             f"{path.name!r} is a grid of points, 1 surface, and surface.face names {len(numbers)} faces",
             hint="leave surface.face out, or name the part's STEP or IGES in surface.file",
             place=Place(str(path)),
             values={"file": path.name, "faces": 1},
         )
-    found = [_nominal(path, number, flip=flip) for number in numbers]
-    return [surface for surface, _ in found], tuple(face for _, face in found if face is not None)
-
-
-def _groups(faces: "tuple[CadFace, ...]") -> list[int]:
-    from trueloop.formats.cad.step import groups_of  # slow to import
-
-    return groups_of(faces)
-
-
-def _beside(faces: "tuple[CadFace, ...]") -> "tuple[CadFace, ...]":
-    """Returns the faces of the model that the job does not name."""
-    named = {face.number for face in faces}
-    return tuple(face for face in faces[0].others if face.number not in named) if faces else ()
-
-
-def _nominal(path: Path, face: int | None, *, flip: bool) -> "tuple[Surface, CadFace | None]":
-    if path.suffix.lower() == ".csv":
-        grid = read_points(path)
-        if grid.shape is None:
-            raise Code.SRF_GRID.refusal(
-                f"the {len(grid.lines)} points of {path.name!r} have no row and column",
-                hint="a nominal surface is fitted to a grid: give row and column of each point",
-                place=Place(str(path)),
-            )
-        with in_file(path):
-            surface, found = fit_grid(grid.points_mm.reshape(*grid.shape, 3)).surface, None
-    else:
-        from trueloop.formats.cad.step import read_face  # slow to import
-
-        found = read_face(path, face)
-        surface = found.surface
-    return (surface.turned_over() if flip else surface), found
+    grid = read_points(path)
+    if grid.shape is None:
+        raise Code.SRF_GRID.refusal(
+            f"the {len(grid.lines)} points of {path.name!r} have no row and column",
+            hint="a nominal surface is fitted to a grid: give row and column of each point",
+            place=Place(str(path)),
+        )
+    with in_file(path):
+        surface = fit_grid(grid.points_mm.reshape(*grid.shape, 3)).surface
+    return [(surface.turned_over() if flip else surface, None)]
 
 
 def options_of(job: SurfaceJobFile) -> SurfaceOptions:
     """Returns the job's options in mm."""
     best_fit = job.gauging.alignment == "best-fit"
     return options_from(SurfaceOptions, job, best_fit=best_fit, limits=options_from(Limits, job))
-
-
-def _named(file: Path, folder: Path) -> str:
-    """As the job names it: relative to its folder, where it lies below it."""
-    return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.as_posix()
 
 
 def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:
