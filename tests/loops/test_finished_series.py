@@ -10,6 +10,7 @@ from typing import Final, get_args
 import numpy as np
 import pytest
 
+from tests.loops import test_cut_with
 from tests.loops.test_cut_with import FIRST, PLACES, SECOND, correct
 from tests.support.cli import run
 from tests.support.profiles import polyline
@@ -122,6 +123,60 @@ def test_an_offset_that_does_not_show_on_the_part_is_asked_about(
     ]
     found = [(one[1], int(one[2])) for one in asked if one]
     assert found == ([] if share is None else [("−25.0", share)])
+
+
+def arrived(done: Done) -> list[tuple[str, ...]]:
+    """Offset X and Z that were added since the part before, share and U of what shows, as the notes state them."""
+    asked = r"X (\S+) µm \(radius\), Z (\S+) µm .* before this one, (-?\d+) % ± (\d+) % shows"
+    return [found.groups() for note in done.correction.notes if (found := re.search(asked, note))]
+
+
+def test_of_offsets_entered_one_after_the_other_the_last_step_is_asked_about(tmp_path: Path) -> None:
+    """By hand: −25 µm of which 20 µm too much on Ø show 20 %, then −20 µm more that do not show at all. Two cuts differ
+    by √2·2 µm together and √2·1.5 µm on each of both cylinders: u = 3.20 µm, U = 26 % of 25 µm and 32 % of 20 µm.
+    """
+    correct(tmp_path, 1, FIRST, "offset")
+    second = correct(tmp_path, 2, (0.040,) * 4, "offset", f'{force(2)}\ncut_by = "wear"')
+    assert arrived(second) == [("−25.0", "0.0", "20", "26")]
+    third = correct(tmp_path, 3, (0.040,) * 4, "offset", f'{force(3)}\ncut_by = "wear"')
+    assert arrived(third) == [("−20.0", "0.0", "0", "32")]
+
+
+@pytest.mark.parametrize(
+    ("cylinders_um", "face_um", "share"), [(0, -30, 41), (25, 0, 59), (0, 0, None), (25, -30, 0), (50, -60, -100)]
+)
+def test_an_offset_in_z_that_does_not_show_on_a_face_is_asked_about(
+    tmp_path: Path, cylinders_um: float, face_um: float, share: int | None
+) -> None:
+    """X −25 µm and Z +30 µm are stated to be entered. By hand: X alone shows 25²/(25² + 30²) of it, Z alone the rest; U
+    is 2·3.20 µm of 39.05 µm.
+    """
+
+    def part(number: int, radius_um: float, face_um: float, programs: str) -> Done:
+        rows = "".join(f"{x},face-1,{x},-30,{face_um}\n" for x in (16.5, 15.5))
+        (tmp_path / "t.csv").write_text(f"point,feature,nominal_x_mm,nominal_z_mm,error_um\n{rows}")
+        return correct(tmp_path, number, (2e-3 * radius_um,) * 4, "offset", programs, 'touches = "t.csv"')
+
+    part(1, 25.0, -30.0, "")
+    second = part(2, cylinders_um, face_um, f'{force(2)}\ncut_by = "wear"')
+    assert arrived(second) == ([] if share is None else [("−25.0", "30.0", f"{share}", "16")])
+
+
+def test_an_offset_along_an_axis_that_the_read_surfaces_do_not_show_does_not_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """X and Z are entered; the next part is read on a cylinder and on a line that rises by 0.2 mm over 29 mm: ±2 µm of
+    scatter between them would be 0.6 mm along Z.
+    """
+    slope = (("cylinder-2", -5, 30.0 + 0.4 * 4 / 29), ("cylinder-2", -25, 30.0 + 0.4 * 24 / 29))
+    monkeypatch.setattr(test_cut_with, "PROGRAM", test_cut_with.PROGRAM.replace("\nZ-30.\nX36.", "\nX30.4 Z-30.\nX36."))
+    monkeypatch.setattr(test_cut_with, "PLACES", (*slope, *PLACES[2:]))
+    head = "point,feature,nominal_x_mm,nominal_z_mm,error_um\n"
+    (tmp_path / "t.csv").write_text(f"{head}a,face-1,16.5,-30,-30\nb,face-1,15.5,-30,-30\n")
+    first = correct(tmp_path, 1, FIRST, "offset", more='touches = "t.csv"').correction.record.tool_offset
+    assert first is not None and first.z_mm == pytest.approx(0.030, abs=1e-3)
+    second = correct(tmp_path, 2, (-0.004, -0.004, 0.004, 0.004), "offset", f'{force(2)}\ncut_by = "wear"')
+    assert arrived(second) == []
 
 
 def test_a_part_of_a_series_is_judged_by_its_own_readings(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Causes of series whose truth was written down before."""
 
+import re
 from dataclasses import replace
 from datetime import datetime, timedelta
 
@@ -150,6 +151,32 @@ def test_no_minutes_are_stated_where_none_are_recorded() -> None:
     (wear,) = (candidate for candidate in judge(untimed).candidates if candidate.cause.key == "tool-wear")
     (said,) = (line for line in wear.supports if line.startswith("It goes with"))
     assert "with the parts since the tool was set" in said and " min" not in said
+
+
+def test_what_the_machine_did_is_in_what_is_measured_and_in_no_cause() -> None:
+    """The surfaces carry 20 µm more, or less, which a model of the machine tells: causes are those of the process, and
+    the means that are stated are as measured beside those of the process.
+    """
+    whole = series(Wrong(Fault.TOOL_OFFSET, 0.012, "T1"), shop=ONE_SETTING)
+
+    def carrying(part: SeenPart, carried_mm: float) -> SeenPart:
+        points = {by: replace(some, error_mm=some.error_mm + carried_mm) for by, some in part.points.items()}
+        return replace(part, points=points, carried_mm={by: 0 * p.error_mm + carried_mm for by, p in points.items()})
+
+    def means_um(found: Diagnosis) -> list[float]:
+        said = found.candidates[0].supports[0]
+        return [float(one.replace("−", "-")) for one in re.findall(r"([−\d.]+) µm", said)]
+
+    plain = judge(whole)
+    assert best(plain) == ("tool-setting",)
+    process_um = means_um(plain)
+    for carried_um in (20.0, -20.0):
+        found = judge(replace(whole, parts=tuple(carrying(part, 1e-3 * carried_um) for part in whole.parts)))
+        assert best(found) == best(plain)
+        assert probability(found, "tool-setting") == pytest.approx(probability(plain, "tool-setting"), abs=1e-6)
+        measured_um, of_process_um = means_um(found)[::2], means_um(found)[1::2]
+        assert of_process_um == process_um
+        assert measured_um == pytest.approx([um + carried_um for um in process_um], abs=0.11)
 
 
 @pytest.mark.parametrize("size_mm", [0.012, -0.006])
