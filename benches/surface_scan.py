@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trueloop.formats.cad.step import read_face
+from trueloop.formats.cad.step import named_faces
 
 NOMINAL = Path(__file__).parents[1] / "examples" / "surface" / "nominal.step"
 RUNS = [(command, count) for command in ("deviations", "model") for count in (100_000, 1_000_000)]
@@ -43,7 +43,7 @@ def spent(command: str, count: int) -> tuple[float, float]:
 
 def scan_job(folder: Path, count: int) -> Path:
     """A job of so many points on the example's surface: some waves of 10 µm and noise of 4 µm."""
-    surface, rng = read_face(NOMINAL).surface, np.random.default_rng(count)
+    surface, rng = named_faces(NOMINAL)[0].surface, np.random.default_rng(count)
     u, v = rng.uniform(0.001, 0.999, (2, count))
     error = 0.01 * np.sin(9 * u) * np.cos(7 * v) + rng.normal(0, 0.004, count)
     points = surface.point_mm(u, v) + error[:, None] * surface.normal(u, v)
