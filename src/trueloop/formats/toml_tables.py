@@ -1,4 +1,4 @@
-"""Reads a TOML file of tables into pydantic models, and reports errors with line and column.
+"""Reads a TOML file of tables into pydantic models, and reports errors with line and column; writes keys and values.
 
 Python's reader of TOML does not report where a key stands, nor with what a name collides: the text is read again line
 by line. A line of a text over several lines that looks like a key is taken for one.
@@ -6,6 +6,7 @@ by line. A line of a text over several lines that looks like a key is taken for 
 
 import difflib
 import itertools
+import json
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -396,3 +397,21 @@ def _checked(kind: Any, option: Option) -> Any:
     if get_origin(kind) is tuple:
         return tuple[tuple(_checked(arg, option) for arg in get_args(kind))]  # type: ignore[misc]
     return kind
+
+
+def toml_keys(keys: Mapping[str, object]) -> list[str]:
+    """Writes keys with their values, a line each; those without a value are left out."""
+    return [f"{key} = {toml_value(value)}" for key, value in keys.items() if value is not None]
+
+
+def toml_value(value: object) -> str:
+    """Writes a text, a number, a time, a list or an inline table."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(toml_keys({toml_value(key): one for key, one in value.items()}))} }}"
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(toml_value, value))}]"
+    if isinstance(value, datetime):
+        return value.isoformat()
+    return str(value).lower()

@@ -21,8 +21,8 @@ from trueloop.formats.jobs.milled_job import (
     MillToolTable,
     read_milled_job,
 )
-from trueloop.formats.jobs.profile_of_job import quoted
 from trueloop.formats.outputs import write_all
+from trueloop.formats.toml_tables import toml_keys
 from trueloop.milled.cut_by import CutBy, StatedCut
 from trueloop.milled.feature import PAIRS, MilledFeature
 from trueloop.milled.passes import Passes
@@ -253,24 +253,16 @@ def new_milled_job(
     )
     lines = [
         "# Features as the program cuts them: name them as the measurement does, give the drawing's sizes.",
-        f"name = {quoted(name)}",
-        f'unit = "{"inch" if inch else "mm"}"',
+        *toml_keys({"name": name, "unit": "inch" if inch else "mm"}),
         "",
         *(line for feature in found for line in _feature_lines(feature, scale)),
         "[program]",
-        f"file = {quoted(own.file.as_posix())}",
-        f"dialect = {quoted(dialect)}",
-        *([f'unit = "{own.unit}"'] if own.unit else []),
-        *(
-            [f"parameters = {{ {', '.join(f'{quoted(key)} = {value!r}' for key, value in own.parameters.items())} }}"]
-            if own.parameters
-            else []
-        ),
-        *(["accept_unknown_words = true"] if own.accept_unknown_words else []),
+        *toml_keys({"file": own.file.as_posix(), "dialect": dialect, "unit": own.unit}),
+        *toml_keys({"parameters": own.parameters or None, "accept_unknown_words": own.accept_unknown_words or None}),
         "",
         *_tool_lines(found, {tool: scale * radius for tool, radius in radius_mm.items()}),
         "[[measured]]",
-        f"file = {quoted(Path(relpath(measured, output.parent)).as_posix())}",
+        *toml_keys({"file": Path(relpath(measured, output.parent)).as_posix()}),
         "",
     ]
     [file] = write_all(output.parent, [(output.name, "\n".join(lines).encode())], [program])
@@ -278,13 +270,18 @@ def new_milled_job(
 
 
 def _feature_lines(one: MilledFeature, scale: float) -> list[str]:
-    lines = ["[[feature]]", f"name = {quoted(one.name)}", f'kind = "{one.kind}"', f"at = {_list(one.place_mm, scale)}"]
+    keys: dict[str, object] = {"name": one.name, "kind": one.kind, "at": _rounded(one.place_mm, scale)}
     if one.kind != "face":
-        lines += [f"size = {round(scale * one.size_mm, 6)}", f"depth = {round(scale * one.depth_mm, 6)}"]
+        keys |= {"size": round(scale * one.size_mm, 6), "depth": round(scale * one.depth_mm, 6)}
     if one.kind in PAIRS:
-        lines += [f"direction = {_list(one.direction, 1.0)}"]
+        keys["direction"] = _rounded(one.direction, 1.0)
     register = "its radius at the control" if one.radius_at_control else "its radius in the path"
-    return [*lines, f"# tool {one.tool}, {register}, {one.work_offset}{one.side and f', {one.side}'}", ""]
+    return [
+        "[[feature]]",
+        *toml_keys(keys),
+        f"# tool {one.tool}, {register}, {one.work_offset}{one.side and f', {one.side}'}",
+        "",
+    ]
 
 
 def _tool_lines(features: Sequence[MilledFeature], radius: Mapping[int, float]) -> list[str]:
@@ -292,12 +289,12 @@ def _tool_lines(features: Sequence[MilledFeature], radius: Mapping[int, float]) 
     return [
         line
         for tool in used
-        for line in ("[[tool]]", f"number = {tool}", f"cutter_radius = {round(radius[tool], 6)}", "")
+        for line in ("[[tool]]", *toml_keys({"number": tool, "cutter_radius": round(radius[tool], 6)}), "")
     ]
 
 
-def _list(values: Sequence[float], scale: float) -> str:
-    return f"[{', '.join(str(round(scale * value, 6) + 0.0) for value in values)}]"
+def _rounded(values: Sequence[float], scale: float) -> list[float]:
+    return [round(scale * value, 6) + 0.0 for value in values]
 
 
 CONTROLS: Final = ("fanuc-mill", "haas-mill")
@@ -322,4 +319,5 @@ def write_probing_program(path: Path, output: Path, probe: MacroProbe) -> tuple[
 
 def names_table(made: ProbeProgram) -> str:
     """Returns the table by which a job reads the print-out: features by their numbers."""
-    return "\n".join(["[names]", *(f'"{n}" = {quoted(feature.name)}' for n, feature in enumerate(made.measured, 1))])
+    names = {f'"{n}"': feature.name for n, feature in enumerate(made.measured, 1)}
+    return "\n".join(["[names]", *toml_keys(names)])

@@ -21,6 +21,7 @@ from trueloop.formats.jobs.part_tables import (
     PolynomialTable,
     SplineTable,
 )
+from trueloop.formats.toml_tables import toml_keys, toml_value
 from trueloop.geometry.curve import Curve
 from trueloop.geometry.curve_kinds import (
     END_MM,
@@ -69,34 +70,29 @@ def part_table_toml(name: str, profile: Profile, notes: Sequence[str] = ()) -> s
     lines = [
         *(f"# {' '.join(note.split())}" for note in notes),
         "[part]",
-        f"name = {quoted(name)}",
-        'unit = "mm"',
-        'x_is = "radius"',
-        *side_key(profile),
+        *toml_keys({"name": name, "unit": "mm", "x_is": "radius", "side": side_key(profile)}),
+        *toml_keys({"start": _pair(profile.features[0].start_mm)}),
     ]
-    lines.append(f"start = {_pair(profile.features[0].start_mm)}")
     for feature in profile.features:
-        lines += ["", "[[part.feature]]", f"name = {quoted(feature.name)}", f"to = {_pair(feature.end_mm)}"]
+        lines += ["", "[[part.feature]]", *toml_keys({"name": feature.name, "to": _pair(feature.end_mm)})]
         if isinstance(feature, Arc):
-            lines += [
-                f"centre = {_pair(feature.centre_mm)}",
-                f'turn = "{"convex" if feature.sweep_rad > 0 else "concave"}"',
-            ]
+            turn = "convex" if feature.sweep_rad > 0 else "concave"
+            lines += toml_keys({"centre": _pair(feature.centre_mm), "turn": turn})
         elif isinstance(feature, Curve):
             control, knots, degree = spline_of(feature)
-            lines += ["[part.feature.spline]", f"degree = {degree}", f"knots = {knots.tolist()}"]
-            lines.append(f"control = [{', '.join(_pair((x, z)) for x, z in control.tolist())}]")
-    fixed = [
-        f'{quoted(f"{before}/{after}")} = "{junction.kind}"'
+            spline = {"degree": degree, "knots": knots.tolist(), "control": [*map(_pair, control.tolist())]}
+            lines += ["[part.feature.spline]", *toml_keys(spline)]
+    fixed = {
+        toml_value(f"{before}/{after}"): junction.kind
         for (before, after), junction in zip(pairwise(profile.names), profile.junctions, strict=True)
         if junction.by_design or _could_read_otherwise(junction)
-    ]
-    return "\n".join([*lines, *(["", "[part.junctions]", *fixed] if fixed else []), ""])
+    }
+    return "\n".join([*lines, *(["", "[part.junctions]", *toml_keys(fixed)] if fixed else []), ""])
 
 
-def side_key(profile: Profile) -> list[str]:
-    """The key `side`, where it has to be stated."""
-    return [] if profile.side is Side.OUTSIDE else [f"side = {quoted(profile.side)}"]
+def side_key(profile: Profile) -> Side | None:
+    """Returns the value of the key `side`, where it has to be stated."""
+    return None if profile.side is Side.OUTSIDE else profile.side
 
 
 def _feature(table: FeatureTable, start: Point, end: Point, scale: float, x_scale: float) -> Feature:
@@ -138,15 +134,8 @@ def _could_read_otherwise(junction: Junction) -> bool:
     return abs(abs(junction.turn_rad) - TANGENT_WITHIN_RAD) < UNSURE_RAD
 
 
-def _pair(point: Point) -> str:
-    x, z = (round(value, 9) + 0.0 for value in point)  # + 0.0 turns −0.0 into 0.0
-    return f"[{x!r}, {z!r}]"
-
-
-def quoted(text: str) -> str:
-    """A TOML basic string: quotes, backslashes and control characters escaped."""
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return '"' + "".join(c if ord(c) >= 32 and ord(c) != 127 else f"\\u{ord(c):04x}" for c in escaped) + '"'
+def _pair(point: Sequence[float]) -> list[float]:
+    return [round(value, 9) + 0.0 for value in point]  # + 0.0 turns −0.0 into 0.0
 
 
 MM_PER: Final = {"mm": 1.0, "inch": MM_PER_INCH}
@@ -240,21 +229,20 @@ ROUNDED: Final = 9
 
 def characteristics_toml(characteristics: Sequence[Characteristic]) -> str:
     """A `[[part.characteristic]]` for each, lengths in mm; they follow a `[part]` table in mm. "" for none."""
-    return "".join("\n" + "\n".join(_characteristic(characteristic)) + "\n" for characteristic in characteristics)
+    return "".join("\n".join(["", "[[part.characteristic]]", *_keys(one), ""]) for one in characteristics)
 
 
-def _characteristic(characteristic: Characteristic) -> Iterator[str]:
-    yield "[[part.characteristic]]"
-    yield f"name = {quoted(characteristic.name)}"
-    yield f"quantity = {quoted(characteristic.quantity)}"
-    yield f"feature = {quoted(characteristic.feature)}"
-    if characteristic.other:
-        yield f"other = {quoted(characteristic.other)}"
-    if characteristic.nominal:
-        yield f"nominal = {round(characteristic.nominal, ROUNDED)!r}"
-    if characteristic.tolerance:
-        yield f"tolerance = {quoted(characteristic.tolerance)}"
-        return
-    for key, limit in (("lower_limit", characteristic.lower_limit), ("upper_limit", characteristic.upper_limit)):
-        if limit is not None:
-            yield f"{key} = {round(limit, ROUNDED)!r}"
+def _keys(of: Characteristic) -> list[str]:
+    lower, upper = (None, None) if of.tolerance else (of.lower_limit, of.upper_limit)
+    return toml_keys(
+        {
+            "name": of.name,
+            "quantity": of.quantity,
+            "feature": of.feature,
+            "other": of.other or None,
+            "nominal": round(of.nominal, ROUNDED) if of.nominal else None,
+            "tolerance": of.tolerance or None,
+            "lower_limit": None if lower is None else round(lower, ROUNDED),
+            "upper_limit": None if upper is None else round(upper, ROUNDED),
+        }
+    )

@@ -11,7 +11,6 @@ from pydantic import AfterValidator, Field
 from trueloop.described import filled_from
 from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code
-from trueloop.formats.jobs.profile_of_job import quoted
 from trueloop.geometry.profile import Side
 from trueloop.jobs.turned.new import Chosen, NewFiles, NewTool, Wanted, WantedProgram, Zero, gauge_sheet_of, new_job
 from trueloop.monitoring.capability import COVERAGE
@@ -267,25 +266,24 @@ def _above(measured: AskedReadings, operator: str) -> dict[str, str]:
     }
 
 
-def _stated(folder: Path, measured: AskedReadings, job: HandJob) -> dict[str, dict[str, str]]:
-    """The keys of the job that say what was measured and how it is to be corrected, with their values in TOML."""
-    gauging = {}
+def _stated(folder: Path, measured: AskedReadings, job: HandJob) -> dict[str, dict[str, object]]:
+    """Returns the keys of the job that state what was measured and how it is to be corrected."""
+    gauging: dict[str, object] = {}
     if job.file:
-        gauging = {"device": quoted(measured.instrument), "operator": quoted(job.operator)}
-    if job.file and measured.measured_at is not None:
-        gauging["measured_at"] = measured.measured_at.isoformat()
-    if job.file and measured.expanded_uncertainty_um is not None:
-        gauging["readings_u_um"] = repr(measured.expanded_uncertainty_um / COVERAGE)
-    if measured.measured_allowance_mm is not None:
-        gauging["measured_allowance_mm"] = repr(measured.measured_allowance_mm)
-    if measured.file_unit is not None:
-        gauging["readings_unit"] = quoted(measured.file_unit)
+        u_um = measured.expanded_uncertainty_um
+        gauging = {
+            "device": measured.instrument,
+            "operator": job.operator,
+            "measured_at": measured.measured_at,
+            "readings_u_um": None if u_um is None else u_um / COVERAGE,
+        }
+    gauging |= {"measured_allowance_mm": measured.measured_allowance_mm, "readings_unit": measured.file_unit}
     if measured.mapping_toml:
         (folder / MAPPING).write_text(measured.mapping_toml, encoding="utf-8")
-        gauging["readings_mapping"] = quoted(MAPPING)
+        gauging["readings_mapping"] = MAPPING
     return {
-        "part": {"serial": quoted(measured.serial)},
+        "part": {"serial": measured.serial},
         "gauging": gauging,
-        "compensation": {"by": quoted(measured.by)},
-        "report": {"language": quoted(job.language)},
+        "compensation": {"by": measured.by},
+        "report": {"language": job.language},
     }

@@ -14,7 +14,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.option import Language
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.views.by_hand import Expectation, MilledEntries, MilledFeatureShown, MilledPart, MilledSize
-from trueloop.formats.jobs.profile_of_job import quoted
+from trueloop.formats.toml_tables import toml_keys, toml_value
 from trueloop.jobs.factory.by_hand import problem_of, question_of
 from trueloop.jobs.factory.hand_job import JOB, MAPPING, SHEET, AskedMilled, MilledReadings, MillJob
 from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
@@ -138,19 +138,18 @@ def _measured_keys(handed: HandedFile, made: ProposedJob, measured: MilledReadin
             f"values of {len(measured.values)} sizes are given beside a file of measurements",
             hint="give the values or the file of measurements, not both",
         )
-    keys = []
+    keys = dict[str, object]()
     if job.file:
-        keys += [f"serial = {quoted(measured.serial)}"] if measured.serial else []
-        keys += [f"unit = {quoted(measured.file_unit)}"] if measured.file_unit else []
+        keys = {"serial": measured.serial or None, "unit": measured.file_unit}
         if measured.mapping_toml:
             (folder / MAPPING).write_text(measured.mapping_toml, encoding="utf-8")
-            keys.append(f"mapping = {quoted(MAPPING)}")
+            keys["mapping"] = MAPPING
     else:
         (folder / SHEET).write_text(_sheet(made, measured), encoding="utf-8")
     if job.entered:
-        keys.append(f"entered = [{quoted(job.entered)}]")
-    names = [f"{quoted(name)} = {quoted(feature)}" for name, feature in measured.names.items() if name and feature]
-    return "\n".join([*keys, "", *(["[names]", *names, ""] if names else [])])
+        keys["entered"] = [job.entered]
+    names = {toml_value(name): feature for name, feature in measured.names.items() if name and feature}
+    return "\n".join([*toml_keys(keys), "", *(["[names]", *toml_keys(names), ""] if names else [])])
 
 
 def _sizes(one: MilledFeature) -> Iterator[tuple[MilledSize, tuple[Quantity, str]]]:

@@ -15,9 +15,10 @@ from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, in_file
 from trueloop.formats.input_file import read_program
 from trueloop.formats.inspections.gauge_csv import gauge_sheet_csv, holds_readings
-from trueloop.formats.jobs.profile_of_job import characteristics_toml, part_table_toml, quoted, side_key
+from trueloop.formats.jobs.profile_of_job import characteristics_toml, part_table_toml, side_key
 from trueloop.formats.measurements.touches_csv import empty_touches_csv
 from trueloop.formats.outputs import write_all
+from trueloop.formats.toml_tables import toml_keys
 from trueloop.geometry.feature import is_curved
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile, Side
@@ -173,7 +174,7 @@ class Wanted(WantedProgram):
     measured_file: Path | None = None
     side: Side = Side.OUTSIDE
     chosen: Chosen = AS_DRAWN
-    stated: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    stated: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     tolerances: Mapping[str, str] = field(default_factory=dict)
     then: tuple[WantedProgram, ...] = ()
 
@@ -275,76 +276,63 @@ def _job_toml(wanted: Wanted, dialects: Sequence[str], drawn: PartDrawing, file:
     """Returns the job as TOML, its paths relative to it. A profile without a drawing is spelled out."""
     cuts = [*zip((wanted, *wanted.then), dialects, strict=True)]
     tables = _setups(cuts, wanted.folder) if wanted.then else _of_one(*cuts[0], wanted.folder)
-    gauging = f"[gauging]\n{'readings' if wanted.measured == 'gauge' else 'touches'} = {quoted(file)}\n"
-    lines = "\n".join([_part(wanted, drawn), *tables, gauging, '[output]\nfolder = "out"', ""]).split("\n")
+    gauging = toml_keys({"readings" if wanted.measured == "gauge" else "touches": file})
+    lines = [*_part(wanted, drawn), *tables, "[gauging]", *gauging, "", "[output]", 'folder = "out"', ""]
     for table, keys in wanted.stated.items():
-        added = [f"{key} = {value}" for key, value in keys.items()]
         if f"[{table}]" not in lines:
-            lines += [f"[{table}]", *added, ""]
+            lines += [f"[{table}]", *toml_keys(keys), ""]
         else:
             at = lines.index(f"[{table}]") + 1
-            lines[at:at] = added
+            lines[at:at] = toml_keys(keys)
     return "\n".join(lines)
 
 
-def _of_one(of: WantedProgram, dialect: str, folder: Path) -> list[str]:
-    heading = "[tool]" if len(of.all_tools) == 1 else "[[tools]]"
-    return [*(_tool(heading, tool) for tool in of.all_tools), _program("[programs]", of, dialect, folder)]
+def _of_one(of: WantedProgram, dialect: str, folder: Path) -> Iterator[str]:
+    for tool in of.all_tools:
+        yield from _tool("[tool]" if len(of.all_tools) == 1 else "[[tools]]", tool)
+    yield from _program("[programs]", of, dialect, folder)
 
 
 def _setups(cuts: Iterable[tuple[WantedProgram, str]], folder: Path) -> Iterator[str]:
     for k, (of, dialect) in enumerate(cuts, 1):
-        zero = [] if of.zero_at_z_mm is None else [f"zero_at_z_mm = {of.zero_at_z_mm!r}"]
-        turned = ["flipped = true"] if of.flipped else []
-        yield "\n".join(["[[setups]]", f"name = {quoted(f'side{k}')}", *zero, *turned, ""])
-        yield _program("[setups.programs]", of, dialect, folder)
-        yield from (_tool("[[setups.tools]]", tool) for tool in of.all_tools)
+        keys = {"name": f"side{k}", "zero_at_z_mm": of.zero_at_z_mm, "flipped": of.flipped or None}
+        yield from ("[[setups]]", *toml_keys(keys), "")
+        yield from _program("[setups.programs]", of, dialect, folder)
+        for tool in of.all_tools:
+            yield from _tool("[[setups.tools]]", tool)
 
 
-def _part(wanted: Wanted, drawn: PartDrawing) -> str:
+def _part(wanted: Wanted, drawn: PartDrawing) -> list[str]:
     if wanted.drawing is None:
-        return part_table_toml(wanted.name, drawn.profile, drawn.notes) + characteristics_toml(drawn.asked)
-    features, key = ", ".join(drawn.profile.names), drawing_key(wanted.drawing)
-    return "\n".join(
-        [
-            *(f"# {' '.join(note.split())}" for note in drawn.notes),
-            f"# Its features, in order: {features}.",
-            "[part]",
-            f"name = {quoted(wanted.name)}",
-            f"{key} = {_path(wanted.drawing, wanted.folder)}",
-            *(f"{of} = {quoted(one) if isinstance(one, str) else one}" for of, one in wanted.chosen.keys(key).items()),
-            *side_key(drawn.profile),
-            "",
-        ]
-    ) + characteristics_toml(drawn.asked)
+        spelled = part_table_toml(wanted.name, drawn.profile, drawn.notes)
+    else:
+        key, side = drawing_key(wanted.drawing), side_key(drawn.profile)
+        keys = {"name": wanted.name, key: _path(wanted.drawing, wanted.folder), **wanted.chosen.keys(key), "side": side}
+        notes = (*drawn.notes, f"Its features, in order: {', '.join(drawn.profile.names)}.")
+        spelled = "\n".join([*(f"# {' '.join(note.split())}" for note in notes), "[part]", *toml_keys(keys), ""])
+    return (spelled + characteristics_toml(drawn.asked)).split("\n")
 
 
 def _path(file: Path, folder: Path) -> str:
-    return quoted(Path(relpath(file, folder)).as_posix())
+    return Path(relpath(file, folder)).as_posix()
 
 
-def _tool(heading: str, of: NewTool) -> str:
-    number = [] if of.number is None else [f"number = {of.number}"]
-    tip = [] if of.tip is None else [f"tip = {of.tip}"]
-    name = [f"name = {quoted(of.name)}"] if of.name else []
-    return "\n".join([heading, f"nose_radius_mm = {of.nose_radius_mm!r}", *number, *tip, *name, ""])
+def _tool(heading: str, of: NewTool) -> list[str]:
+    keys = {"nose_radius_mm": of.nose_radius_mm, "number": of.number, "tip": of.tip, "name": of.name or None}
+    return [heading, *toml_keys(keys), ""]
 
 
-def _program(heading: str, of: WantedProgram, dialect: str, folder: Path) -> str:
-    given = ", ".join(f"{quoted(name)} = {value!r}" for name, value in of.parameters.items())
-    return "\n".join(
-        [
-            heading,
-            *(f"{key} = {quoted(value)}" for key, value in of.cut.items()),
-            f"dialect = {quoted(dialect)}",
-            f"finish = {_path(of.program, folder)}",
-            *([] if of.lines is None else [f"finish_lines = [{of.lines[0]}, {of.lines[1]}]"]),
-            *([] if of.unit is None else [f"unit = {quoted(of.unit)}"]),
-            *(["accept_unknown_words = true"] if of.accept_unknown_words else []),
-            *([] if not given else [f"parameters = {{ {given} }}"]),
-            "",
-        ]
-    )
+def _program(heading: str, of: WantedProgram, dialect: str, folder: Path) -> list[str]:
+    keys = {
+        **of.cut,
+        "dialect": dialect,
+        "finish": _path(of.program, folder),
+        "finish_lines": of.lines,
+        "unit": of.unit,
+        "accept_unknown_words": of.accept_unknown_words or None,
+        "parameters": of.parameters or None,
+    }
+    return [heading, *toml_keys(keys), ""]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """The meanings of a table's columns, as a TOML file that is proposed, shown, and kept beside the job."""
 
 import difflib
-import json
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,7 +13,7 @@ from trueloop.formats.inspections.measured_file import Unit
 from trueloop.formats.inspections.shared.quantities import Deviation, LowerTolerance
 from trueloop.formats.inspections.shared.text import Order
 from trueloop.formats.inspections.tables.headings import POINT, Role
-from trueloop.formats.toml_tables import Count, Table, read_tables
+from trueloop.formats.toml_tables import Count, Table, read_tables, toml_keys
 from trueloop.wording import shell_word
 
 HINT: Final = "docs/measurements.md, 'Tables by mapping'; `trueloop measure map FILE` writes one from the headings"
@@ -245,14 +244,8 @@ def toml_of(mapping: Mapping, title: str) -> str:
     content = mapping.model_dump(exclude_none=True, exclude_defaults=True)
     content["header_row"] = mapping.header_row
     tables = {key: value for key, value in content.items() if isinstance(value, dict)}
-    lines += [f"{key} = {_toml(value)}" for key, value in content.items() if key not in tables]
+    lines += toml_keys({key: value for key, value in content.items() if key not in tables})
     for name, table in tables.items():
         if table:
-            lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in table.items())]
+            lines += ["", f"[{name}]", *toml_keys(table)]
     return "\n".join(lines) + "\n"
-
-
-def _toml(value: object) -> str:
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_toml, value))}]"
-    return json.dumps(value, ensure_ascii=False)
