@@ -13,8 +13,8 @@ from trueloop.cli.shared_options import Db, argument, option, positive
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, print_json, print_lines, put, wide_console
 
 if TYPE_CHECKING:
+    from trueloop.formats.inspections.measured_file import MeasuredFile
     from trueloop.jobs.measure.keep_measured import StatedCut
-    from trueloop.jobs.measure.measured import Mapped
     from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.loops.turned.next_measurement import Plan
     from trueloop.report.measured import FileOnPart, OnPart, ValueRow
@@ -52,14 +52,18 @@ Output = Annotated[
 ]
 
 
+Unit = Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: as it states]", "--unit")]
+Mapping = Annotated[
+    Path | None, option("TOML file that states what columns, variables and names mean.", "--mapping", "-m")
+]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Meant:
     """Options for information missing in a file, and the choice of its inspections."""
 
-    unit: Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: as it states]")] = None
-    mapping: Annotated[
-        Path | None, option("TOML file that states what columns, variables and names mean.", "--mapping", "-m")
-    ] = None
+    unit: Unit = None
+    mapping: Mapping = None
     serial: Annotated[str | None, option("Serial number of the part.  [default: all]")] = None
     run: Annotated[int | None, option("Which inspection of the file.  [default: all]", min=1)] = None
     axis: Annotated[
@@ -147,7 +151,8 @@ def read(
     if as_json:
         print_json({**measured_as_dict(found), **kept_as_dict(kept)})
     else:
-        _print(found)
+        for file in found:
+            print_file(file)
         if kept is not None:
             print_lines([kept.words, *(obtained.words for obtained in kept.obtained)])
             print_findings(kept.findings)
@@ -162,24 +167,17 @@ def read(
 
 def _kept(files: "list[FileOnPart]", job: Path, cut: CutShown, store: StoreChoice, meant: Meant) -> "KeptFacts | None":
     """Keeps the inspections and returns the result; None if nothing was requested."""
-    if cut.after is None:
-        return None
     from trueloop.formats.inspections.shared.text import feature_names
     from trueloop.jobs.measure.keep_measured import keep_measured
 
     shown = cut.shown()
-    assert shown is not None
+    if shown is None:
+        return None
     kept = keep_measured(files, job, shown, store.keeping(meant.serial), feature_names(meant.mapping))
     if kept is None:
         why = "--no-store is given" if store.no_store else "there is no store"
         raise typer.BadParameter(f"{why}: name by --db the one that `trueloop compensate` kept the correction in")
     return kept
-
-
-def _print(files: "list[FileOnPart]") -> None:
-
-    for file in files:
-        print_file(file)
 
 
 MOST: Final = 200
@@ -402,7 +400,6 @@ MappingOutput = Annotated[
     Path | None, option("Mapping to write.  [default: FILE.map.toml beside it]", "--output", "-o")
 ]
 Sheet = Annotated[str, option("Sheet of a workbook.  [default: the only one with headings]", "--sheet")]
-Unit = Annotated[Literal["mm", "inch"] | None, option("Unit of its lengths.  [default: as it states]", "--unit")]
 Columns = Annotated[
     list[str] | None,
     option(
@@ -434,11 +431,11 @@ def map_columns(
             print_lines([f"  {key:<16} {', '.join(names)}"])
     said = {"unit": mapping.unit, "deviations": mapping.deviation, "lower tolerances": mapping.lower_tolerance}
     print_lines([f"  {key:<16} {value}" for key, value in said.items() if value])
-    if isinstance(mapped.file, TrueloopError):
-        typer.echo(f"written: {mapped.path}", err=True)
-        raise mapped.file
-    _print_values(mapped)
+    if not isinstance(mapped.file, TrueloopError):
+        _print_values(mapped.file)
     typer.echo(f"written: {mapped.path}", err=True)
+    if isinstance(mapped.file, TrueloopError):
+        raise mapped.file
 
 
 def _given(columns: list[str]) -> dict[str, list[str]]:
@@ -454,15 +451,11 @@ def _given(columns: list[str]) -> dict[str, list[str]]:
     return given
 
 
-def _print_values(mapped: "Mapped") -> None:
+def _print_values(file: "MeasuredFile") -> None:
     from dataclasses import replace
 
-    from trueloop.formats.inspections.measured_file import MeasuredFile
     from trueloop.report.measured import FileOnPart, OnPart
 
-    file = mapped.file
-    if not isinstance(file, MeasuredFile):
-        return
     shown = [replace(inspection, values=inspection.values[:SHOWN]) for inspection in file.inspections[:2]]
     print_lines([""])
     print_file(FileOnPart(file, tuple(OnPart(run, inspection) for run, inspection in enumerate(shown, 1))))
@@ -538,9 +531,6 @@ def sheet(job: JobArgument, output: SheetOutput = None) -> None:
 
 File = Annotated[Path, argument("File of a gauge, a measuring machine or a control.", metavar="FILE")]
 ConvertOutput = Annotated[Path, option("File to write: QIF 3.0 (.qif), Q-DAS (.dfq) or DMIS (.dmo).", "--output", "-o")]
-Mapping = Annotated[
-    Path | None, option("TOML file that states what columns, variables and names mean.", "--mapping", "-m")
-]
 
 
 def convert(file: File, output: ConvertOutput, unit: Unit = None, mapping: Mapping = None) -> None:

@@ -131,9 +131,9 @@ def keep_in(
         for file, inspection in share.inspections:
             values += _facts(given, _of_part(inspection, share.files.job, shown, share.names, file))
         finished += given.finished.values()
-    judged = judged_parts(store, finished, keeping.accept)
-    kept = keep_facts(store, [*values, *judged.words], [*findings, *judged.findings], supersede=keeping.supersede)
-    return replace(kept, obtained=judged.obtained)
+    obtained, alarms, quarantines = judged_parts(store, finished, keeping.accept)
+    kept = keep_facts(store, [*values, *quarantines], [*findings, *alarms], supersede=keeping.supersede)
+    return replace(kept, obtained=tuple(obtained))
 
 
 @dataclass(frozen=True)

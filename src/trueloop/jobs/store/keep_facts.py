@@ -1,30 +1,23 @@
-"""Keeping what a command found: in one transaction, the same facts once, and in words what was new."""
+"""Keeping what a command found: in one transaction, the same facts once, and in words what was new.
+
+Finished parts are judged by the earlier parts of their edge before they are kept.
+"""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, TypeVar
-
-from trueloop.domain.inspection import Inspection, StandardPart
-from trueloop.domain.life import Cut, Quarantine
-from trueloop.domain.part import Part
-from trueloop.domain.proposal import ModelDecision, ModelVersion
-from trueloop.domain.record import Correction, ProgramText, sha256_of
-from trueloop.errors import Code, Finding, TrueloopError
-from trueloop.storage.keeping import Keeping
-from trueloop.storage.kinds import joined
-from trueloop.storage.store import Kept, Store, find
-
-if TYPE_CHECKING:
-    from trueloop.loops.turned.outcome import Obtained
-from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
+from typing import Any, Final, TypeVar
 
 from scipy.special import ndtr
 
-from trueloop.domain.life import Stage
-from trueloop.errors import Severity
+from trueloop.domain.inspection import Inspection, StandardPart
+from trueloop.domain.life import Cut, Quarantine, Stage
+from trueloop.domain.part import Part
+from trueloop.domain.proposal import ModelDecision, ModelVersion
+from trueloop.domain.record import Correction, ProgramText, sha256_of
+from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.jobs.store.history import LivedPart, finish_errors, quarantine_of
 from trueloop.jobs.store.of_this_part import link_of
 from trueloop.jobs.store.tool_history import history_of_tool
@@ -32,6 +25,9 @@ from trueloop.jobs.user import user_name
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.loops.turned.outcome import Obtained, obtained
 from trueloop.memory.noticing import PartChanges, notice_part, of_left_out
+from trueloop.storage.keeping import Keeping
+from trueloop.storage.kinds import joined
+from trueloop.storage.store import Kept, Store, find
 
 T = TypeVar("T")
 
@@ -60,7 +56,7 @@ class KeptFacts:
     where: str
     kept: tuple[Kept[Any], ...]
     findings: tuple[Finding, ...] = ()
-    obtained: "tuple[Obtained, ...]" = ()
+    obtained: tuple[Obtained, ...] = ()
     made: bool = False
 
     @property
@@ -155,19 +151,13 @@ IN_QUARANTINE: Final = (
 )
 
 
-@dataclass(frozen=True)
-class JudgedParts:
-    """The judgement of one call's finished parts: expected against obtained, alarms, and quarantines to keep."""
-
-    obtained: tuple[Obtained, ...] = ()
-    findings: tuple[Finding, ...] = ()
-    words: tuple[Quarantine, ...] = ()
-
-
-def judged_parts(store: Store, parts: Sequence[LivedPart], accept: Collection[str]) -> JudgedParts:
+def judged_parts(
+    store: Store, parts: Sequence[LivedPart], accept: Collection[str]
+) -> tuple[list[Obtained], list[Finding], list[Quarantine]]:
     """Judges parts that are about to be kept, one after the other: one in quarantine teaches nothing of the next.
 
     Each by the parts that its edge cut before it. With MEM-ALARM among `accept` a part is learned from all the same.
+    Returns expected against obtained, alarms, and quarantines to keep.
     """
     compared, findings, words, learned = list[Obtained](), list[Finding](), list[Quarantine](), list[LivedPart]()
     for lived in parts:
@@ -175,11 +165,13 @@ def judged_parts(store: Store, parts: Sequence[LivedPart], accept: Collection[st
         word = _word(store, lived, seen, Code.MEM_ALARM in accept)
         last = word or quarantine_of(store, lived.cut)
         learns = last is None or last.lifted
-        compared += _compared(lived)
+        found = finish_errors(lived)
+        shown = None if found is None else obtained(lived.correction.payload, lived.cut, found)
+        compared += [] if shown is None else [shown]
         findings += alarms_of(lived.cut.part.serial, seen, learns)
         words += [] if word is None else [word]
         learned += [lived] if learns else []
-    return JudgedParts(tuple(compared), tuple(findings), tuple(words))
+    return compared, findings, words
 
 
 def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> PartChanges:
@@ -187,17 +179,10 @@ def _noticed(store: Store, lived: LivedPart, earlier: Sequence[LivedPart]) -> Pa
     if lived.cut.setting is None or finish_errors(lived) is None:
         return PartChanges()
     edge, part = lived.cut.setting.edge, lived.cut.part
-    others = [lived_part for lived_part in earlier if lived_part.cut.identity != lived.cut.identity]
+    others = [other for other in earlier if other.cut.identity != lived.cut.identity]
     own = (name_of(part.part_type), part.serial)
     history = history_of_tool(store, edge, [*others, lived], lived.of_machine, own)
-    at = next(
-        (
-            k
-            for k, made_part in enumerate(history)
-            if made_part.order >= 0 and (made_part.part_type, made_part.serial) == own
-        ),
-        None,
-    )
+    at = next((k for k, one in enumerate(history) if one.order >= 0 and (one.part_type, one.serial) == own), None)
     return PartChanges() if at is None else notice_part(history[:at], history[at]).get(Stage.FINISH, PartChanges())
 
 
@@ -214,13 +199,6 @@ def _word(store: Store, lived: LivedPart, changes: PartChanges, accepted: bool) 
         return None if held or (by_person and known) else Quarantine(cut, now, _says(changes), BY)
     lifts = held and not by_person
     return Quarantine(cut, now, "as it is kept now, it is as predicted", BY, lifted=True) if lifts else None
-
-
-def _compared(lived: LivedPart) -> Iterator[Obtained]:
-    found = finish_errors(lived)
-    compared = None if found is None else obtained(lived.correction.payload, lived.cut, found)
-    if compared is not None:
-        yield compared
 
 
 def alarms_of(serial: str, changes: PartChanges, learns: bool) -> Iterator[Finding]:
