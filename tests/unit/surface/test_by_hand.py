@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.surfaces import wavy_surface
+from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter, edge_centres_mm, tool_axes
@@ -122,13 +123,18 @@ def _shifted(face: Surface, by_mm: tuple[float, float, float]) -> MovedFace:
 
 
 def test_a_ball_in_a_corner_is_moved_by_floor_and_wall_and_on_either_by_that_alone() -> None:
-    """By hand: 10 µm more on the floor and 4 µm on the wall take a ball of 5 mm in the corner to (4, 0, 10)."""
+    """By hand: 10 µm more on the floor and 4 µm on the wall take a ball of 5 mm in the corner to (4, 0, 10), 1.5 µm
+    off the wall too; 2.5 µm off, which is more than 2 µm, the floor alone counts.
+    """
     floor = _shifted(_patch((0, 0, 0), (20, 0, 0), (0, 10, 0)), (0.0, 0.0, 0.010))
     wall = _shifted(_patch((0, 0, 0), (0, 10, 0), (0, 0, 20)), (0.004, 0.0, 0.0))
     tips, up = np.array([[5.0, 5.0, 0.0], [9.0, 5.0, 0.0], [5.0, 5.0, 9.0]]), np.tile([0.0, 0.0, 1.0], (3, 1))
     found, nearest = moved_over_faces([floor, wall], Cutter(5.0, 5.0), tips, up)
     np.testing.assert_allclose(1e3 * (found.tips_mm - tips), [[4, 0, 10], [0, 0, 10], [4, 0, 0]], atol=1e-6)
     assert list(nearest[1:]) == [0, 1] and np.all(found.cutting)
+    beside = np.array([[5.0015, 5.0, 0.0], [5.0025, 5.0, 0.0]])
+    moved, _ = moved_over_faces([floor, wall], Cutter(5.0, 5.0), beside, up[:2])
+    np.testing.assert_allclose(1e3 * (moved.tips_mm - beside), [[4, 0, 10], [0, 0, 10]], atol=1e-6)
 
 
 def test_a_ball_that_fills_a_fillet_is_moved_by_all_that_it_touches_wherever_the_nearest_place_is() -> None:
@@ -138,6 +144,72 @@ def test_a_ball_that_fills_a_fillet_is_moved_by_all_that_it_touches_wherever_the
     tip, up = np.array([[5.0, 5.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
     found, _ = moved_over_faces(faces, Cutter(5.0, 5.0), tip, up)
     np.testing.assert_allclose(1e3 * (found.tips_mm - tip), [[4, 0, 10]], atol=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("cutter", "hollow_mm", "rise_mm", "filled"),
+    [(Cutter(5.0, 5.0), 5.2, 0.05, True), (Cutter(6.0, 3.0), 6.2, 0.2, False), (Cutter(3.0, 3.0), 6.2, 0.2, False)],
+)
+def test_a_hollow_that_the_corner_fills_moves_it_by_what_the_place_touched_is_moved_by(
+    cutter: Cutter, hollow_mm: float, rise_mm: float, filled: bool
+) -> None:
+    """A hollow quarter that comes inwards by more from floor to wall, touched at 75°. A corner of nearly its radius
+    goes with the place touched, by 75/90 of the rise; a smaller one, whatever the cutter is, until it touches
+    again: places r(θ) from the axis are all c from its centre, so that d = r cos δ − √(c² − r² sin² δ) is the least.
+    """
+    angle, touched = np.linspace(0, np.pi / 2, 65), math.radians(75)
+    y, out = np.linspace(0, 10, 9), np.array([math.sin(touched), 0.0, math.cos(touched)])
+
+    def hollow(radius_mm: Array) -> Surface:
+        at = np.stack([5 - radius_mm * np.sin(angle), 0 * angle, 5 - radius_mm * np.cos(angle)], axis=1)[:, None]
+        made = fit_grid(at + np.stack([0 * y, y, 0 * y], axis=1)).surface
+        return made if made.normal(np.array([0.5]), np.array([0.5]))[0, 2] > 0 else made.turned_over()
+
+    share = angle / (np.pi / 2)
+    face = MovedFace(hollow(hollow_mm + 0 * angle), hollow(hollow_mm - rise_mm * share), lambda u, v: np.zeros(len(u)))
+    corner, up = cutter.corner_mm, np.array([[0.0, 0.0, 1.0]])
+    centre = np.array([5.0, 5.0, 5.0]) - (hollow_mm - corner) * out
+    tip = centre + np.array([[cutter.radius_mm - corner, 0.0, -corner]])
+    found, _ = moved_over_faces([face], cutter, tip, up)
+    fine = touched + np.linspace(-0.2, 0.2, 100_001)
+    radius = hollow_mm - rise_mm * fine / (np.pi / 2)
+    least = min(
+        radius * np.cos(fine - touched) - np.sqrt(np.maximum(corner**2 - (radius * np.sin(fine - touched)) ** 2, 0.0))
+    )
+    by_place, until_it_touches = rise_mm * 75 / 90, hollow_mm - corner - least
+    assert until_it_touches - by_place > 1e-3
+    np.testing.assert_allclose(found.tips_mm - tip, [(by_place if filled else until_it_touches) * out], atol=1e-4)
+
+
+def test_a_face_s_shift_is_that_of_the_place_at_its_share_of_both_parameters() -> None:
+    """Parameters from 2 to 4 and from −3 to 3 for the nominal, from 0 to 1 for the corrected one, which is 10 µm higher
+    at the end of u and 40 µm lower at that of v: 7.5 − 10 µm at (3.5, −1.5).
+    """
+    flat = _patch((0, 0, 0), (20, 0, 0), (0, 10, 0))
+    nominal = replace(flat, knots_u=2 + 2 * flat.knots_u, knots_v=6 * flat.knots_v - 3)
+    face = MovedFace(nominal, _patch((0, 0, 0), (20, 0, 0.010), (0, 10, -0.040)))
+    shift_um = 1e3 * face.shift_mm(np.array([3.5, 2.0, 4.0]), np.array([-1.5, 3.0, -3.0]))
+    np.testing.assert_allclose(shift_um, [-2.5, -40.0, 10.0], atol=1e-6)
+
+
+@pytest.mark.parametrize(("between_deg", "together"), [(12.0, True), (18.0, True), (22.0, False), (60.0, False)])
+def test_two_faces_of_nearly_one_direction_move_a_ball_by_their_mean(between_deg: float, together: bool) -> None:
+    """In a flat V of two planes, 10 µm and 14 µm higher along their normals. By hand: the mean along the middle, by
+    least squares 12 cos(α/2) / cos²(α/2); where they are two directions, 2 / sin(α/2) sideways besides.
+    """
+    half = math.radians(between_deg / 2)
+    left = _patch((0, 0, 0), (0, 10, 0), (-20 * math.cos(half), 0, 20 * math.sin(half)))
+    right = _patch((0, 10, 0), (0, 0, 0), (20 * math.cos(half), 10, 20 * math.sin(half)))
+    out = np.array([[math.sin(half), 0.0, math.cos(half)], [-math.sin(half), 0.0, math.cos(half)]])
+    for face, normal in zip((left, right), out, strict=True):
+        np.testing.assert_allclose(face.normal(np.array([0.5]), np.array([0.5]))[0], normal, atol=1e-9)
+    faces = [
+        _shifted(face, tuple(by * normal)) for face, by, normal in zip((left, right), (0.010, 0.014), out, strict=True)
+    ]
+    tip = np.array([[0.0, 5.0, 5.0 / math.cos(half) - 5.0]])
+    found, _ = moved_over_faces(faces, Cutter(5.0, 5.0), tip, np.array([[0.0, 0.0, 1.0]]))
+    sideways = 0.0 if together else -2.0 / math.sin(half)
+    np.testing.assert_allclose(1e3 * (found.tips_mm - tip), [[sideways, 0.0, 12.0 / math.cos(half)]], atol=1e-3)
 
 
 SQUARE = np.array([[1.0, 1.0, 5.0], [1.0, -1.0, 5.0], [-1.0, 1.0, 5.0], [-1.0, -1.0, 5.0]])

@@ -88,8 +88,8 @@ FILLED: Final = 0.1
 which jumps, and a face is moved by what it is at the place touched.
 """
 ALIKE: Final = 0.03
-"""Normals within about 14° of each other are one direction, in which displacements are averaged: across it, two that
-differ a little would be taken for a large one.
+"""Two normals within about 20° of each other are one direction, along which displacements are averaged: across it, two
+that differ a little would be taken for a large one.
 """
 
 
