@@ -259,6 +259,9 @@ def test_nominal_and_actual_values_that_are_exchanged_are_refused_and_the_named_
     ) as no:
         read_job(job)
     assert no.value.code is Code.MSR_NOMINAL and no.value.place.line == 2
+    (tmp_path / "readings.csv").write_text(head + rows.replace(";44\n", ";44.0004\n"))
+    assert any("a correction counts from the contour" in note for note in read_job(job).inputs.notes), "0.4 µm off"
+    (tmp_path / "readings.csv").write_text(head + rows)
     names = {"nominal": ("actual [mm]",), "actual": ("nominal",)}
     map_table(tmp_path / "readings.csv", tmp_path / "map.toml", given=names)
     job.write_text(job.read_text().replace("[gauging]", '[gauging]\nreadings_mapping = "map.toml"'))
@@ -530,7 +533,9 @@ def test_an_edge_that_is_broken_and_not_drawn_goes_with_what_is_beside_it(tmp_pa
         ({"-85": 43.920}, "'seat-44 diameter z -85' 43.9200 mm, an error of -40.0 µm"),
         ({"-95": 44.120}, "'seat-44 diameter z -95' 44.1200 mm, an error of +60.0 µm"),
         ({"-85": 44.080}, ""),  # a taper of 30 µm on the radius: of one line in twenty, which a note names
-        ({"-105": 44.065}, ""),  # of 22 µm
+        ({"-85": 44.076}, ""),  # of 28 µm: 1.5 log-sd, √(26.9² + 2.3² + 5.7²) = 27.6 µm, are noted
+        ({"-85": 44.074}, ""),  # of 27 µm: they are not
+        ({"-105": 44.065}, ""),
         ({"-105": 43.960, "-85": 43.960}, ""),  # a bow of 30 µm
         ({"-100": 44.120, "-90": 44.120}, ""),  # no slip of one reading
     ],
@@ -548,8 +553,10 @@ def test_a_digit_typed_wrong_beside_another_reading_of_the_cylinder_is_named(
     job = shaft_with(tmp_path, HEADER + "".join(rows) + ALL_TOO_LARGE.partition("-85,44.020\n")[2])
     if not named:
         said = run("compensate", job, "--no-store")
-        taper = "'seat-44 diameter z -85' 44.0800 mm stands 30.0 µm along the normal from 'seat-44 diameter z -105'"
-        assert (taper in said) == (list(diameters) == ["-85"])
+        size = next(iter(diameters.values()))
+        taper = f"'seat-44 diameter z -85' {size:.4f} mm stands {500.0 * (size - 44.020):.1f} µm along the normal from "
+        assert (f"{taper}'seat-44 diameter z -105'" in said) == (list(diameters) == ["-85"] and size > 44.075)
+        assert ("along the normal from" in said) == (size in {44.080, 44.076, 43.960})
         return
     said = run("compensate", job, "--no-store", status=3)
     assert "CMP-SCATTER" in said and f"{named}, stands apart from 'seat-44 diameter z" in said

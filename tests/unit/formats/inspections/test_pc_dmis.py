@@ -148,6 +148,8 @@ def test_dates_that_may_be_two_leave_the_runs_without_a_time(tmp_path: Path) -> 
         ("Mar 14, 2026  TIME=10:22", 3, 14, 10),
         ("14. März 2026  TIME=10:22", 3, 14, 10),
         ("4-DEC-2026  TIME=2:22 PM", 12, 4, 14),
+        ("4-DEC-2026  TIME=12:22 PM", 12, 4, 12),
+        ("4-DEC-2026  TIME=12:22 AM", 12, 4, 0),
     ],
 )
 def test_a_date_that_names_its_month_can_be_read_in_one_way(

@@ -53,6 +53,26 @@ def test_a_mapping_states_what_a_channel_holds(tmp_path: Path) -> None:
     assert refusal.value.code is Code.MSR_VALUE and refusal.value.hint == "its channels are 01, 02"
 
 
+def test_limits_angles_and_an_x_read_as_a_diameter_have_their_own_factors(tmp_path: Path) -> None:
+    """In inches: limits scale with the value, an angle and its limits do not, an X of 2 in across is 25.4 mm out."""
+    mapping = tmp_path / "gauge.toml"
+    mapping.write_text(
+        'unit = "inch"\n[variables.01]\nquantity = "diameter"\nholds = "deviation"\nnominal = 2.0\n'
+        'lower_limit = 1.5\nupper_limit = 2.5\n[variables.02]\nquantity = "angle"\nnominal = 30.0\nlower_limit = 29.5\n'
+        'upper_limit = 30.5\n[variables.03]\nquantity = "position"\naxis = "x"\nx_is = "diameter"\nnominal = 1.9\n'
+        '[variables.04]\nquantity = "position"\naxis = "x"\nx_is = "radius"\nnominal = 1.9\n'
+        '[variables.05]\nquantity = "position"\naxis = "z"\n'
+    )
+    text = "01A-00000.1000\n02A+00030.2500\n03A+00002.0000\n04A+00002.0000\n05A+00002.0000\n"
+    found = {one.characteristic: one for one in _read(tmp_path, text, mapping=mapping).inspections[0].readings}
+    stated = {name: (one.actual, one.nominal, one.lower_limit, one.upper_limit) for name, one in found.items()}
+    assert stated["01"] == pytest.approx((48.26, 50.8, 38.1, 63.5))
+    assert stated["02"] == (30.25, 30.0, 29.5, 30.5)
+    assert stated["03"][:2] == pytest.approx((25.4, 24.13))
+    assert stated["04"][:2] == pytest.approx((50.8, 48.26))
+    assert stated["05"][:2] == (50.8, None)
+
+
 def test_a_line_that_was_cut_is_reported(tmp_path: Path) -> None:
     file = _read(tmp_path, "01A+00012.345\n" * 30 + "01A+000\x00\n", unit="mm")
     assert file.inspections[0].count == 30

@@ -304,6 +304,8 @@ def test_a_name_goes_before_a_heading_and_headings_of_two_quantities_are_refused
     """Of 15.5 µm on the radius beside a diameter only one may count; the hint's command leaves the other out."""
     named = _one(_read(tmp_path, "Merkmal;Ø Soll [mm];Ø Ist [mm]\nRadius R5;5;5,01\nSitz;44;44,031\n"))
     assert [one.quantity for one in named] == [Quantity.RADIUS, Quantity.DIAMETER]
+    stated = _one(_read(tmp_path, "Merkmal;Typ;Ø Soll [mm];Ø Ist [mm]\nSitz;Qwertz;5;5,01\nBund;;44;44,031\n"))
+    assert [one.quantity for one in stated] == [Quantity.OTHER, Quantity.DIAMETER]
     text = "Merkmal;Ø Soll [mm];Ø Ist [mm];Radius Abw [µm]\nSitz;44;44,031;15,5\n"
     refused = _refused(tmp_path, text)
     assert (refused.code, refused.place.line) == (Code.MSR_MEANING, 1)
