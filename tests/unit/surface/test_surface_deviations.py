@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 from tests.support.surfaces import random_surface, sphere, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.geometry.surface import Surface, fit_grid
-from trueloop.surface.deviations.deviations import inside_trim, sampling_advice, surface_deviations
+from trueloop.geometry.surface import Feet, Surface, fit_grid
+from trueloop.surface.deviations.alignment import Faces
+from trueloop.surface.deviations.deviations import fit_of_faces, inside_trim, sampling_advice, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints, on_face
 
 RNG = np.random.default_rng(11)
@@ -34,6 +35,56 @@ def test_of_points_chosen_from_a_scan_those_that_the_fit_takes_off_the_face_are_
     with pytest.raises(TrueloopError) as caught:
         inside_trim(points, found, lambda u, v: u > 0.8)
     assert caught.value.code is Code.SRF_OUTSIDE
+
+
+def _plane(*corners: tuple[float, float, float]) -> Surface:
+    """A level patch through three corners: the first, and where u and v lead."""
+    first, along, across = (np.array(corner) for corner in corners)
+    u, v = (at[..., None] for at in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9), indexing="ij"))
+    return fit_grid(first + u * (along - first) + v * (across - first)).surface
+
+
+@pytest.mark.parametrize("radius_mm", [0.0, 2.0])
+def test_three_faces_of_a_block_that_sits_off_are_brought_back_together_with_the_ball_s_radius_off(
+    radius_mm: float,
+) -> None:
+    """Ball centres on top and two sides of a block that is 0.03, −0.05 and 0.02 mm off and turned by up to half a
+    milliradian: any face alone leaves three motions open, all together none.
+    """
+    block = [
+        _plane((0, 0, 30), (50, 0, 30), (0, 40, 30)),
+        _plane((50, 0, 0), (50, 40, 0), (50, 0, 30)),
+        _plane((0, 0, 0), (50, 0, 0), (0, 0, 30)),
+    ]
+    rng, shift = np.random.default_rng(3), np.array([0.03, -0.05, 0.02])
+    turn = Rotation.from_rotvec([3e-4, -5e-4, 2e-4])
+    parts = []
+    for face, out in zip(block, ([0, 0, 1], [1, 0, 0], [0, -1, 0]), strict=True):
+        u, v = rng.uniform(0.05, 0.95, (2, 150))
+        np.testing.assert_allclose(face.normal(u, v), np.tile(np.array(out, float), (150, 1)), atol=1e-9)
+        at = face.point_mm(u, v) + (radius_mm + rng.normal(0.0, 1e-4, 150))[:, None] * np.array(out)
+        parts.append(MeasuredPoints(turn.apply(at) + shift, radius_mm, name="A"))
+    alignment = fit_of_faces(block, parts)
+    assert not alignment.left
+    np.testing.assert_allclose(
+        alignment.apply(np.array([[25.0, 20.0, 15.0]]) @ turn.as_matrix().T + shift), [[25, 20, 15]], atol=1e-4
+    )
+    for face, part in zip(block, parts, strict=True):
+        found = surface_deviations(face, part, fit=alignment)
+        assert np.max(np.abs(found.error_mm)) < 6e-4
+
+
+def test_form_over_several_faces_is_wide_where_their_points_spread_most() -> None:
+    """Points within 50, 10 and 0.1 mm of their middle along three axes askew: the coordinates along the first two."""
+    axes = Rotation.from_rotvec([0.4, -0.7, 0.2]).as_matrix()
+    size = np.array([50.0, 10.0, 0.1]) * np.random.default_rng(4).uniform(-1, 1, (400, 3))
+    size -= np.mean(size, axis=0)
+    spans = np.linalg.qr(size)[0] * np.array([50.0, 10.0, 0.1])
+    place, zero = 3.0 + spans @ axes.T, np.zeros(400)
+    feet = Feet(u=zero, v=zero, point_mm=place, normal=place, distance_mm=zero, beyond_mm=zero)
+    first, second = Faces((SURFACE, SURFACE), np.zeros(400, int)).wide(feet)
+    np.testing.assert_allclose(np.abs(first), np.abs(spans[:, 0]), atol=1e-6)
+    np.testing.assert_allclose(np.abs(second), np.abs(spans[:, 1]), atol=1e-6)
 
 
 def test_points_of_a_scan_go_by_their_numbers_in_it() -> None:
