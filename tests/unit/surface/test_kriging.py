@@ -1,12 +1,14 @@
 """Kriging beside the conditional normal law written out, and its band on draws of the stated process."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from trueloop.arrays import Array
 from trueloop.geometry.surface import fit_grid
-from trueloop.surface.pattern.field import FaceParts, fields_of
-from trueloop.surface.pattern.kriging import Kriging, Process, fitted_process
+from trueloop.surface.pattern.field import FaceParts, _own, fields_of
+from trueloop.surface.pattern.kriging import FieldProcess, Kriging, Process, fitted_process
 from trueloop.surface.pattern.support import between
 from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import separate
@@ -116,3 +118,71 @@ def test_one_part_that_shows_noise_alone_is_left_as_it_is() -> None:
     part = separate(places, 3e-3 * rng.normal(size=len(u)))
     (field,) = fields_of([FaceParts(FACE.surface, [part])], None, seen=False)
     assert np.sqrt(np.mean(field.models[0].value_mm(u, v) ** 2)) < 0.3e-3
+
+
+def test_the_field_of_several_faces_has_thirds_that_go_by_place_direction_and_edge() -> None:
+    """By hand, 5 mm apart on top of a block: all of it between places that run on into each other, 2/3 beyond a sharp
+    edge; 2/3 and 1/3 towards a side, 1/3 and 0 towards the bottom.
+    """
+    process = FieldProcess(4.0, 9.0, 0.04, (12.0,), (150.0,))
+    top, side, bottom = [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]
+    others = [[3.0, 4.0, 0.0, *normal, group] for normal in (top, side, bottom) for group in (1.0, 2.0)]
+    found = process.covariance_mm2(np.array([[0.0, 0.0, 0.0, *top, 1.0]]), np.array(others))[0]
+    whole = 4.0 * correlation(np.array(5 / 12)) + 9.0 * correlation(np.array(5 / 150))
+    assert found == pytest.approx(np.array([3, 2, 2, 1, 1, 0]) / 3 * whole, abs=1e-12)
+
+
+def test_places_of_the_field_are_at_shares_of_the_parameters() -> None:
+    """Parameters from 2 to 4 and from −3 to 3: 1/4 and 2/3 of them are 15 and 26.7 mm on a face of 60 × 40 mm."""
+    face = replace(FACE.surface, knots_u=2 + 2 * FACE.surface.knots_u, knots_v=6 * FACE.surface.knots_v - 3)
+    (place,) = FaceParts(face, [], 2).places(np.array([0.25]), np.array([2 / 3]))
+    assert place == pytest.approx([15.0, 80 / 3, 0.0, *face.normal(np.array([3.0]), np.array([0.0]))[0], 2.0])
+
+
+@pytest.mark.parametrize(
+    ("count", "own_mm", "share", "each_um"),
+    [
+        (1, None, 0.04, 1.0),
+        (2, None, 0.02 / 0.98, 1.0),
+        (1, 0.002, 0.16, 2.0),
+        (2, 0.002, 2 / 24.5, 2.0),
+        (1, 0.009, 1.0, 9.0),
+    ],
+)
+def test_the_mean_of_parts_has_their_own_form_over_their_count(
+    count: int, own_mm: float | None, share: float, each_um: float
+) -> None:
+    """A form of 5 µm of which 1 µm, 4 % of its variance, is a part's own: the mean of two has 24 + 1/2 µm²."""
+    size_um2 = {1: 25.0, 2: 24.5}[count]
+    assert _own(1e-6 * size_um2, count, own_mm) == pytest.approx((share, 1e-3 * each_um))
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_is_stated_of_parts_own_form_is_taken_off_the_pattern_and_is_in_its_band(count: int) -> None:
+    """A form of size S and noise of as much again. Of what parts show 2 S²/3 is said to be each one's own: of the mean
+    of n parts φ = 2/(3n) is, which leaves 1 − φ of it, known to √(φ (1 − φ)) S amid many points.
+    """
+    rng = np.random.default_rng(8)
+    u, v = rng.random((2, 900))
+    at = np.column_stack([u * SIDES[0], v * SIDES[1], 0 * u])
+    apart = np.linalg.norm(at[:, None] - at[None], axis=2)
+    form = np.linalg.cholesky(16 * correlation(apart / 15) + 1e-9 * np.eye(len(at))) @ rng.normal(size=len(at))
+    size_um = float(np.sqrt(np.mean(form**2)))
+    noisy = [separate(Places(at, u, v), 1e-3 * (form + size_um * rng.normal(size=len(at)))) for _ in range(count)]
+    found, whole = (
+        fields_of([FaceParts(FACE.surface, noisy)], own_um * 1e-3, seen=False)[0]
+        for own_um in (np.sqrt(2 / 3) * size_um, 1e-6)
+    )
+    share = 2 / (3 * count)
+    inner = np.linspace(0.2, 0.8, 31)
+    kept, all_of_it = (
+        np.mean([model.grid_mm(inner, inner) for model in field.models], axis=0) for field in (found, whole)
+    )
+    assert np.sum(kept * all_of_it) / np.sum(all_of_it**2) == pytest.approx(1 - share, abs=0.06)
+    area = SIDES[0] * SIDES[1]
+    of_form = (
+        1e3
+        * np.sqrt(np.maximum(found.support.deviation_mm**2 - ((1 - share) * whole.support.deviation_mm) ** 2, 0.0))
+        / found.support.process.widening(area)
+    )
+    assert np.median(of_form) == pytest.approx(np.sqrt(share * (1 - share)) * size_um, rel=0.1)
