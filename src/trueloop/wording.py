@@ -6,10 +6,11 @@ The sentence is a text like any other, in English and micrometres. The template 
 looks for all of them and for their translations.
 """
 
+import difflib
 import os
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Final
@@ -24,6 +25,17 @@ def shell_word(word: str, *, windows: bool = os.name == "nt") -> str:
     if not windows:
         return shlex.quote(word)
     return word if re.fullmatch(r"[\w@%+=:,./\\~-]+", word) else f'"{word}"'
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Returns the question whether the most alike of the known names is meant; "" where none is alike."""
+    near = difflib.get_close_matches(name, list(known), n=1)
+    return f"did you mean {near[0]!r}?" if near else ""
+
+
+def first_of(names: Sequence[object], most: int) -> str:
+    """Lists the first names, with a mark where there are more."""
+    return ", ".join(map(str, names[:most])) + (", …" if len(names) > most else "")
 
 
 @dataclass(frozen=True)

@@ -175,6 +175,11 @@ def check_scatter(scatter_mm: float, limits: Limits, cause: str = "") -> None:
         )
 
 
+def in_utc(at: datetime) -> datetime:
+    """Returns a time without a zone as one of UTC; others as they are."""
+    return at if at.tzinfo else at.replace(tzinfo=UTC)
+
+
 def latest_time(measured_at: datetime) -> datetime:
     """Returns the time of a measurement in UTC, the end of its day where only the day is known (midnight)."""
     whole_day = measured_at.time() == time.min

@@ -1,6 +1,5 @@
 """Settings of links to controls: a TOML file, a table for each control."""
 
-import difflib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeAlias
@@ -10,6 +9,7 @@ from pydantic import AfterValidator, Field
 from trueloop.errors import Code, Place
 from trueloop.formats.toml_tables import Positive, Table, read_tables
 from trueloop.nc.program.dialect import DIALECTS
+from trueloop.wording import did_you_mean
 
 HINT: Final = "docs/links.md shows every table and key"
 
@@ -159,9 +159,8 @@ def read_link(path: Path, name: str) -> AnyLink:
     if len(found) == 1:
         return found[0]
     names = sorted({name for table in tables for name in table})
-    near = difflib.get_close_matches(name, names, 1)
     raise Code.LNK_FILE.refusal(
         f"{len(found) or 'none'} of the links is called {name!r}: {', '.join(names) or 'there are no links'}",
-        hint=f"did you mean {near[0]!r}?" if near and not found else "name one of them, each by a name of its own",
+        hint=(not found and did_you_mean(name, names)) or "name one of them, each by a name of its own",
         place=Place(str(path)),
     )

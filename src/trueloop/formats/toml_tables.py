@@ -4,7 +4,6 @@ Python's reader of TOML does not report where a key stands, nor with what a name
 by line. A line of a text over several lines that looks like a key is taken for one.
 """
 
-import difflib
 import itertools
 import json
 import re
@@ -25,6 +24,7 @@ from trueloop.described import Described
 from trueloop.domain.option import Choice, Option, choices_of, inside
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
+from trueloop.wording import did_you_mean
 
 Location = tuple[int | str, ...]
 """Keys and places in arrays from the file down to one value."""
@@ -311,8 +311,7 @@ def _hint_for_unknown(location: Location, model: type[BaseModel]) -> str | None:
     if above and name in model.model_fields:
         written = f"leave '{name}.' out" if above == [name] else f"write it under [{name}]"
         return f"keys under [{'.'.join(above)}] count from there: {written}"
-    near = difflib.get_close_matches(name, _table_at(model, location).model_fields, n=1)
-    return f"did you mean {near[0]!r}?" if near else None
+    return did_you_mean(name, _table_at(model, location).model_fields) or None
 
 
 def _table_at(model: type[BaseModel], location: Location) -> type[BaseModel]:

@@ -26,6 +26,7 @@ from trueloop.milled.feature import MilledFeature
 from trueloop.milled.observed import Frame, by_depth, observed_of, require_not_exchanged, seen
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.units import MM_PER_INCH, UM_PER_MM
+from trueloop.wording import first_of
 
 RECORD: Final = "entries.json"
 Changes: TypeAlias = dict[str, Entered]
@@ -420,12 +421,8 @@ def _named(entry: Entry, holds: str, say: Texts) -> str:
     return f"{entry.of}, {entry.register.upper()}"
 
 
-def proposal_notes(job: MilledJob, proposal: Proposal, say: Texts = ENGLISH) -> list[str]:
-    """Returns the readings that the numbers leave out, and the numbers that rest on one reading."""
-    return list(_notes(job, proposal, say))
-
-
-def _notes(job: MilledJob, proposal: Proposal, say: Texts) -> Iterator[str]:
+def proposal_notes(job: MilledJob, proposal: Proposal, say: Texts = ENGLISH) -> Iterator[str]:
+    """Yields notes on readings that the numbers leave out, and on numbers that rest on one reading."""
     for name in proposal.unlike:
         yield say(
             "{name}: far off what tools and work offsets explain; it has no part in these numbers, measure it again",
@@ -458,10 +455,5 @@ def _notes(job: MilledJob, proposal: Proposal, say: Texts) -> Iterator[str]:
     for name in job.cut.stated:
         yield say("{name}: not in the program; tool and work offset are as stated", name=name)
     if job.unused:
-        yield say(
-            "{n} readings show no size or coordinate of a feature: {names}", n=len(job.unused), names=_first(job.unused)
-        )
-
-
-def _first(names: Sequence[str]) -> str:
-    return ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
+        names = first_of(job.unused, 10)
+        yield say("{n} readings show no size or coordinate of a feature: {names}", n=len(job.unused), names=names)

@@ -6,6 +6,7 @@ from datetime import datetime
 from typing import Final, Protocol
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.wording import did_you_mean
 
 PART: Final = ".part"
 """Ends the name of a program that is being sent; `checked_name` refuses it."""
@@ -78,10 +79,7 @@ def checked_name(name: str) -> str:
 
 def no_such_program(name: str, where: str, there: list[str]) -> TrueloopError:
     """Makes the error LNK-NAME, with the nearest name."""
-    import difflib
-
-    near = difflib.get_close_matches(name, there, 1)
-    hint = f"did you mean {near[0]!r}?" if near else f"{len(there)} programs are there: `trueloop link list`"
+    hint = did_you_mean(name, there) or f"{len(there)} programs are there: `trueloop link list`"
     return Code.LNK_NAME.refusal(f"no program {name!r} is stored at {where}", hint=hint, values={"name": name})
 
 

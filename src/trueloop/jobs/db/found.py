@@ -19,6 +19,7 @@ from sqlalchemy import select
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.labels import NistPart, PartLabel, names_part, read_label
 from trueloop.domain.life import Cut, InspectionLink, Quarantine
+from trueloop.domain.option import in_utc
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction, Record
 from trueloop.domain.tool import Edge
@@ -310,11 +311,7 @@ def life_of_part(store: Store, part: Part) -> tuple[Entry, ...]:
                 who = ", ".join([*([by.by] if by.by else []), *([by.why] if by.why else [])])
                 said = f"superseded by {row_name(kind, by.row)}" + (f": {who}" if who else "")
                 entries.append(_entry(kept, by.kept_at, said, []))
-    return tuple(sorted(entries, key=lambda entry: (_utc(entry.at or entry.kept_at), entry.row)))
-
-
-def _utc(at: datetime) -> datetime:
-    return at if at.tzinfo else at.replace(tzinfo=UTC)
+    return tuple(sorted(entries, key=lambda entry: (in_utc(entry.at or entry.kept_at), entry.row)))
 
 
 def _inspections(whole: Life) -> Iterator[Entry]:

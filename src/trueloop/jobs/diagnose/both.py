@@ -1,6 +1,5 @@
 """Parts that were inspected on their machine and on a measuring machine, from a store."""
 
-import difflib
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from trueloop.jobs.diagnose.records import quarantined_parts
 from trueloop.loops.diagnosis.left_on_parts import BothSeen, states_of
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.storage.store import Store, find
+from trueloop.wording import did_you_mean
 
 DECOMPOSE = "`trueloop machine decompose --serial` keeps both inspections of a part"
 
@@ -51,11 +51,10 @@ def both_of_machine(
         machines = sorted({pair.machine.name for pair in stored})
         types = sorted({pair.part.part_type.name for pair in stored if pair.machine.name == machine.name})
         asked, known = (machine.name, machines) if machine.name not in machines else (next(iter(part_types), ""), types)
-        near = difflib.get_close_matches(asked, known, n=1)
         of = f" of part type {asked!r}" if machine.name in machines else ""
         raise Code.DIA_NONE.refusal(
             f"the store holds 0 parts{of} that machine {machine.name!r} and a measuring machine inspected",
-            hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known) or 'none'}; {DECOMPOSE}",
+            hint=did_you_mean(asked, known) or f"known are {', '.join(known) or 'none'}; {DECOMPOSE}",
         )
     findings: list[Finding] = []
     own = [pair for pair in of_type if not machine.serial or pair.machine.serial in ("", machine.serial)]

@@ -3,7 +3,6 @@
 Standard parts: calibrated values from an inspection file, kept.
 """
 
-import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -23,6 +22,7 @@ from trueloop.jobs.store.history import by_own_probe
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
 from trueloop.loops.monitor.certificate import on_the_machine
 from trueloop.storage.store import Kept, Store, find
+from trueloop.wording import did_you_mean
 
 
 @dataclass(frozen=True)
@@ -186,11 +186,9 @@ def _types(store: Store) -> Iterator[str]:
 
 
 def _instead(name: str, names: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, names, n=1)
-    if near:
-        return f"did you mean {near[0]!r}?"
-    listed = ", ".join(names[:10])
-    return f"known are {listed}" if listed else "`trueloop series add` and `trueloop compensate --db` keep inspections"
+    if not names:
+        return "`trueloop series add` and `trueloop compensate --db` keep inspections"
+    return did_you_mean(name, names) or f"known are {', '.join(names[:10])}"
 
 
 def quarantined_cuts(store: Store) -> frozenset[Identity]:

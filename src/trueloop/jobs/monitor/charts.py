@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import datetime
 from statistics import fmean
 from typing import Any
 
 from trueloop.domain.inspection import BothInspections, Inspection, StandardPart
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind, Stage, time_of
+from trueloop.domain.option import in_utc
 from trueloop.domain.record import Correction
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.book import Book, only_type, read_book
@@ -100,14 +101,14 @@ class StoredFacts:
             if (
                 event.edge.tool.identity == tool
                 and event.kind in ANEW
-                and _utc(before.at) < _utc(event.at) <= _utc(cut.at)
+                and in_utc(before.at) < in_utc(event.at) <= in_utc(cut.at)
             ):
                 yield event
 
     def _accepted(self, earlier: datetime | None, at: datetime | None) -> Iterator[str]:
         for decision in self.book.decisions:
-            late = at is not None and _utc(decision.at) > _utc(at)
-            early = earlier is not None and _utc(decision.at) <= _utc(earlier)
+            late = at is not None and in_utc(decision.at) > in_utc(at)
+            early = earlier is not None and in_utc(decision.at) <= in_utc(earlier)
             if decision.verdict == "accepted" and not late and not early:
                 yield decision.proposal
 
@@ -116,7 +117,7 @@ class StoredFacts:
         checks = self.failed.get(inspection.device, ())
         if inspection.measured_at is None:
             return ""
-        past = [said for at, said in checks if _utc(at) <= _utc(inspection.measured_at)]
+        past = [said for at, said in checks if in_utc(at) <= in_utc(inspection.measured_at)]
         return past[-1] if past else ""
 
 
@@ -145,10 +146,6 @@ def _temperatures(inspection: Inspection) -> dict[str, float]:
     read = [reading.temperature_c for reading in inspection.readings if reading.temperature_c is not None]
     of_readings = {"part while measured": fmean(read)} if read else {}
     return {f"{name} while measured": value for name, value in inspection.temperatures.items()} | of_readings
-
-
-def _utc(at: datetime) -> datetime:
-    return at if at.tzinfo else at.replace(tzinfo=UTC)
 
 
 def control_charts(

@@ -25,6 +25,7 @@ from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.provenance import enveloped
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
+from trueloop.wording import first_of
 
 
 def parts_without_inspection(store: Store, edge: Edge) -> tuple[Part, ...]:
@@ -44,7 +45,8 @@ def without_inspection(store: Store, edge: Edge, but: Part) -> Iterator[Finding]
         yield Finding(
             Severity.NOTE,
             Code.STO_OPEN,
-            f"{len(parts)} parts of this edge have a correction and no finish inspection: {_listed(serials)}; they "
+            f"{len(parts)} parts of this edge have a correction and no finish inspection: "
+            f"{first_of([*map(repr, serials)], SHOWN)}; they "
             "teach nothing of the finish cut",
             hint="hand it in: `trueloop measure read FILE --job JOB.toml --after finish`, with --ran as-programmed "
             "where the correction was not run",
@@ -53,10 +55,6 @@ def without_inspection(store: Store, edge: Edge, but: Part) -> Iterator[Finding]
 
 
 SHOWN = 6
-
-
-def _listed(serials: Sequence[str]) -> str:
-    return ", ".join(map(repr, serials[:SHOWN])) + (", …" if len(serials) > SHOWN else "")
 
 
 def _is_inspected(store: Store, part: Part) -> bool:

@@ -1,7 +1,6 @@
 """The files of measured parts that a surface's job names: every part once, under a name of its own."""
 
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from glob import glob
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from trueloop.surface.deviations.plausibility import refuse_unit
 from trueloop.surface.deviations.points import MeasuredPoints, on_face
 from trueloop.surface.options import SurfaceOptions
 from trueloop.units import MM_PER_INCH
+from trueloop.wording import did_you_mean
 
 
 def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
@@ -52,10 +52,9 @@ def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
     names = [file.stem for file in found]
     for left_out in options_from(SurfaceOptions, job).exclude:
         if left_out not in names:
-            near = get_close_matches(left_out, names, n=1)
             raise Code.JOB_KEY.refusal(
                 f"'model.exclude' names {left_out!r}, which is not one of the {len(names)} parts",
-                hint=f"did you mean {near[0]!r}?" if near else f"the parts are {', '.join(names)}",
+                hint=did_you_mean(left_out, names) or f"the parts are {', '.join(names)}",
                 place=Place(str(path)),
                 values={"key": "model.exclude"},
             )

@@ -3,7 +3,6 @@
 The files that a job is read from: its record names them by hash, its results must not overwrite them.
 """
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -35,7 +34,7 @@ from trueloop.turned.readings.vectors import assumed_words, require_places, warm
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 from trueloop.units import UM_PER_MM
-from trueloop.wording import shell_word, wording
+from trueloop.wording import did_you_mean, first_of, shell_word, wording
 
 
 @dataclass(frozen=True)
@@ -212,10 +211,9 @@ def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
     serials = sorted({inspection.part.serial for inspection in measured.inspections if inspection.part.serial})
     wanted = job.part.serial
     if (wanted and serials and wanted not in serials) or (not wanted and len(serials) > 1):
-        shown = ", ".join(map(repr, serials[:6])) + (", …" if len(serials) > 6 else "")
         why = f"part {wanted!r} is not among them" if wanted else "`part.serial` of the job chooses none"
         raise Code.MSR_SERIAL.refusal(
-            f"the file holds {len(serials)} parts by serial number, {shown}: {why}",
+            f"the file holds {len(serials)} parts by serial number, {first_of([*map(repr, serials)], 6)}: {why}",
             hint="say in the job's table [part] which part is to be corrected: serial = …",
             place=Place(str(measured.path)),
             values={"serials": serials},
@@ -317,10 +315,9 @@ def _named(profile: Profile, reading: Reading) -> MatchedReading:
     if found is None:
         named = [reading.feature or reading.characteristic, reading.other]
         name = next((one for one in named if one not in profile.names), named[0])
-        near = difflib.get_close_matches(name, profile.names, n=1)
         raise Code.MSR_FEATURE.refusal(
             f"the part has no feature {name!r}",
-            hint=f"did you mean {near[0]!r}?" if near else f"the part's features are: {', '.join(profile.names)}",
+            hint=did_you_mean(name, profile.names) or f"the part's features are: {', '.join(profile.names)}",
             place=Place(line=reading.line),
             values={"feature": name},
         )

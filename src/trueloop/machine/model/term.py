@@ -17,7 +17,6 @@ Structures in the letters of ISO 10791: from the work through the bed to the too
 Axes left of `b` carry the work, those right of it the tool; letters in brackets are spindles.
 """
 
-import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,6 +27,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import Axis, AxisKind, Chain, ErrorName, error_name
+from trueloop.wording import did_you_mean
 
 
 @dataclass(frozen=True)
@@ -264,11 +264,9 @@ def _axis(token: str, spindle: str, structure: str) -> Axis:
 
 
 def _no_structure(structure: str) -> TrueloopError:
-    near = difflib.get_close_matches(structure, PRESETS, n=1)
     return Code.MCH_STRUCTURE.refusal(
         f"{structure!r} is neither one of the {len(PRESETS)} presets nor a structure from work to tool",
-        hint=f"did you mean {near[0]!r}?"
-        if near
-        else "write the axes from work to bed to tool, spindles in brackets: w X b Y Z (S) t; presets: "
+        hint=did_you_mean(structure, PRESETS)
+        or "write the axes from work to bed to tool, spindles in brackets: w X b Y Z (S) t; presets: "
         + ", ".join(PRESETS),
     )

@@ -27,6 +27,7 @@ from trueloop.formats.inspections.controls.meaning import (
 )
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, StatedFacts
 from trueloop.formats.inspections.shared.text import MOST, beginning, read_decoded
+from trueloop.wording import first_of
 
 NUMBER: Final = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 PLAIN: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)")
@@ -157,7 +158,7 @@ def read(path: Path, stated: StatedFacts) -> MeasuredFile:
     found, remarks = variables_in(text, path)
     meaning = meaning_of(stated)
     if not meaning.variables:
-        names = ", ".join(variable.name for variable in found[:6]) + (", …" if len(found) > 6 else "")
+        names = first_of([variable.name for variable in found], 6)
         raise not_stated(path, f"what its {len(found)} variables hold is not stated: {names}", EXAMPLE, found[0].line)
     unit = unit_of(stated, meaning, path)
     dump = _Dump(path, found, meaning.variables, MM_PER[unit])

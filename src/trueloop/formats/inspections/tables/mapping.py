@@ -1,6 +1,5 @@
 """The meanings of a table's columns, as a TOML file that is proposed, shown, and kept beside the job."""
 
-import difflib
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,7 +13,7 @@ from trueloop.formats.inspections.shared.quantities import Deviation, LowerToler
 from trueloop.formats.inspections.shared.text import Order
 from trueloop.formats.inspections.tables.headings import POINT, Role
 from trueloop.formats.toml_tables import Count, Table, read_tables, toml_keys
-from trueloop.wording import shell_word
+from trueloop.wording import did_you_mean, shell_word
 
 HINT: Final = "docs/measurements.md, 'Tables by mapping'; `trueloop measure map FILE` writes one from the headings"
 
@@ -224,10 +223,9 @@ def require_columns(mapping: Mapping, names: tuple[str, ...], place: Place, mapp
     if 2 * len(missing) > len(wanted):
         why = f"{len(missing)} of the {len(wanted)} columns of the mapping are not in the table: it is of another table"
         raise Code.MSR_MAPPING.refusal(why, hint=HINT, place=place)
-    near = difflib.get_close_matches(missing[0], names, n=1)
     raise Code.MSR_MAPPING.refusal(
         f"{missing[0]!r}, which the mapping names, is not one of the table's {len(names)} columns",
-        hint=f"did you mean {near[0]!r}?" if near else f"its columns are {', '.join(map(repr, names))}",
+        hint=did_you_mean(missing[0], names) or f"its columns are {', '.join(map(repr, names))}",
         place=Place(str(mapping_path)) if mapping_path else place,
     )
 

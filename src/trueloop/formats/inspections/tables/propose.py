@@ -36,7 +36,7 @@ from trueloop.formats.inspections.tables.headings import (
     plain,
 )
 from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLabels, check, map_command
-from trueloop.wording import shell_word
+from trueloop.wording import first_of, shell_word
 
 LOOKED_AT: Final = 200
 """Rows whose cells separate numbers from texts, and limits from tolerances."""
@@ -287,7 +287,7 @@ def _number(cell: str) -> float | None:
 
 
 def _listed(names: Sequence[str]) -> str:
-    return ", ".join(map(repr, names[:8])) + (", …" if len(names) > 8 else "")
+    return first_of([*map(repr, names)], 8)
 
 
 def _refusal(grid: Grid, why: str, row: int | None = None, hint: str = "") -> TrueloopError:

@@ -33,6 +33,7 @@ from trueloop.formats.inspections.tables.long import Long, lengths_of, numbers_o
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.sizes import Sizes, sizes_of
 from trueloop.units import MM_PER_INCH
+from trueloop.wording import first_of
 
 TITLES: Final = (Role.PART, Role.SERIAL, Role.DATE, Role.TIME, Role.OPERATOR, Role.DEVICE)
 """Roles that lines above the headings may state for the whole file."""
@@ -330,7 +331,7 @@ def statistics_left_out(long: Long) -> Iterator[Remark]:
     """Yields a remark with the texts by which rows were taken for statistics."""
     if long.left_out:
         texts = list(dict.fromkeys(long.left_out.values()))
-        listed = ", ".join(map(repr, texts[:LISTED])) + (", …" if len(texts) > LISTED else "")
+        listed = first_of([*map(repr, texts)], LISTED)
         yield Remark(f"{len(long.left_out)} rows of statistics are left out: {listed}", min(long.left_out))
 
 

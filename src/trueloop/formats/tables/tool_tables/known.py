@@ -21,6 +21,7 @@ from trueloop.formats.tables.tool_tables.tool_table import (
     XIs,
     replaced,
 )
+from trueloop.wording import first_of
 
 
 def row_of(table: ToolTable, tool: int, edge: int = 1, name: str = "") -> ToolRow:
@@ -74,10 +75,9 @@ def _only(table: ToolTable, rows: list[ToolRow]) -> ToolRow | None:
 
 def _missing(table: ToolTable, tool: int, edge: int) -> TrueloopError:
     known = sorted({row.tool for row in table.rows})
-    shown = ", ".join(map(str, known[:20])) + (", …" if len(known) > 20 else "")
     what = f"tool {tool}" + (f", edge {edge}" if edge != 1 else "")
     return Code.OFS_TOOL.refusal(
-        f"the table has no {what}; it has {len(known)} tools: {shown}",
+        f"the table has no {what}; it has {len(known)} tools: {first_of(known, 20)}",
         hint="`tool.number` of the job names the tool's offset; else the T word of the finish pass does",
         place=Place(str(table.path)),
         values={"tool": float(tool)},

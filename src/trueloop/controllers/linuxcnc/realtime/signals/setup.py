@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Final
 
@@ -31,6 +30,7 @@ from trueloop.machine.model.history import Lag
 from trueloop.realtime.bank import LagRules, LagState
 from trueloop.realtime.image import Signal
 from trueloop.units import SIGNALS
+from trueloop.wording import did_you_mean
 
 FOLDER: Final = Path("/sys/bus/w1/devices")
 POWER_ON_MILLI_DEGC: Final = 85000
@@ -308,9 +308,7 @@ def _sensors(file: Located[SignalsFile], wanted: tuple[Signal, ...], lags: tuple
 
 
 def _not_needed(name: str, needed: tuple[str, ...], lag: Lag | None) -> TrueloopError:
-    near = get_close_matches(name, needed, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else "leave it out"
-    why = "the image does not need it"
+    why, hint = "the image does not need it", did_you_mean(name, needed) or "leave it out"
     if lag is not None:
         why, hint = f"it is {lag.of!r} after a lag of {lag.constant_s:g} s and computed from that", "leave it out"
     return Code.RTC_SOURCE.refusal(
