@@ -73,7 +73,7 @@ def test_the_band_holds_draws_of_the_process_in_a_window_and_beyond_the_last_poi
         likeliest = fitted_process(at, measured, SIDES, 3.1)
         found = Kriging(likeliest, at)
         off = np.abs(found.expected_mm(measured[:, None], where)[:, 0] - values[len(at) :])
-        half = 1.96 * likeliest.widening(SIDES) * np.sqrt(found.variance_mm2(where))
+        half = 1.96 * likeliest.widening(SIDES[0] * SIDES[1]) * np.sqrt(found.variance_mm2(where))
         inside.append(np.mean(off <= half))
         shorter.append(np.mean(off <= 0.5 * half))
     assert 0.925 < np.mean(inside) < 0.98

@@ -9,7 +9,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Finding
 from trueloop.geometry.surface import Surface
 from trueloop.loops.surface.correction import SurfaceInputs
-from trueloop.loops.surface.surface import Part, Work, model_of
+from trueloop.loops.surface.surface import Part, Work, kept_parts, model_of
 from trueloop.statistics import rms
 
 
@@ -99,7 +99,7 @@ def _alignment(inputs: SurfaceInputs) -> str:
 def group_of(inputs: SurfaceInputs, work: Work) -> Group:
     """The parts taken apart. Raises SRF-PARTS where none is left."""
     parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
-    kept = tuple(part for part in parts if part.deviations.name not in inputs.options.exclude)
+    kept = tuple(kept_parts(parts, inputs.options))
     if not kept:
         raise Code.SRF_PARTS.refusal(f"0 of {len(parts)} parts are left to compare", hint="leave one in: model.exclude")
     found = []

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from trueloop.errors import Code, Finding, Severity
-from trueloop.loops.surface.surface import Part
+from trueloop.loops.surface.surface import Part, kept_parts
 from trueloop.memory.noticing import BY_CHANCE, Alarm, What
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.pattern import (
@@ -65,7 +65,7 @@ def without_outliers(parts: Sequence[Part], options: SurfaceOptions) -> tuple[Su
 
     One after the other, the most outlying first: with it gone, the others are judged anew. Never more than a quarter.
     """
-    kept = [part for part in parts if part.deviations.name not in options.exclude]
+    kept = kept_parts(parts, options)
     most, found = len(kept) // LEAST_LEFT, list[Outlier]()
     while len(found) < most and len(kept) > LEAST_LEFT:
         pattern = _pattern(kept)

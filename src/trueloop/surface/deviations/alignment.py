@@ -130,8 +130,6 @@ class Faces:
 
     def closest(self, points_mm: Array, near: tuple[Array, Array] | None = None) -> Feet:
         """Returns the foot of each point on its face."""
-        if len(self.surfaces) == 1:
-            return closest(self.surfaces[0], points_mm, near)
         n = len(points_mm)
         u, v, distance, beyond = (np.empty(n) for _ in range(4))
         foot, normal = np.empty((n, 3)), np.empty((n, 3))

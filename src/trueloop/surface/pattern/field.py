@@ -13,7 +13,7 @@ the pattern that it is expected to have is (1 − φ) times what kriging expects
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -27,7 +27,9 @@ from trueloop.surface.pattern.kriging import (
     STARTS,
     FieldProcess,
     Kriging,
+    Process,
     apart_and_alike,
+    likeliest,
     matern,
 )
 from trueloop.surface.pattern.support import FINE, Support, between, expectations, own_share, pooled
@@ -62,6 +64,12 @@ class FaceParts:
         at = self.surface.partials(u0 + (u1 - u0) * u, v0 + (v1 - v0) * v)
         return np.column_stack([at.point_mm, self.surface.normal_of(at), np.full(len(u), self.group)])
 
+    def values(self, cells: float) -> tuple[Array, Array]:
+        """Returns places and every part's values there, (parts, n), in so many cells."""
+        sides = self.parts[0].places.sides_mm
+        values = pooled(self.parts, sides, max(1.0, cells))
+        return self.places(values.at_mm[:, 0] / sides[0], values.at_mm[:, 1] / sides[1]), values.values_mm
+
 
 @dataclass(frozen=True, eq=False)
 class FaceField:
@@ -80,28 +88,27 @@ def fields_of(faces: Sequence[FaceParts], own_mm: float | None, *, seen: bool) -
     `seen`: the parts themselves show how much they differ. Else `own_mm` is how much a part's form differs from the
     pattern, or `OWN_SHARE` where it is not stated; models are shrunk by it.
     """
-    values = [_values(face, CELLS * share) for face, share in zip(faces, _shares(faces), strict=True)]
+    area_mm2 = [float(np.prod(face.parts[0].places.sides_mm)) for face in faces]
+    values = [face.values(CELLS * (area / sum(area_mm2))) for face, area in zip(faces, area_mm2, strict=True)]
     at = np.concatenate([places for places, _ in values])
     measured_mm = np.concatenate([of_parts for _, of_parts in values], axis=1)
     mean_mm, count = np.nanmean(measured_mm, axis=0), len(measured_mm)
     process = fitted_field(at, mean_mm)
     size_mm2 = max(float(np.mean(mean_mm**2)) - process.noise_mm2, 0.0)
     share, each_mm = (0.0, None) if seen else _own(size_mm2, count, own_mm)
-    widening = process.widening(sum(_area_mm2(face) for face in faces))
-    krige = Kriging(process, at)
+    widening, krige = process.widening(sum(area_mm2)), Kriging(process, at)
+    (_, u, v), (_, coarse_u, coarse_v) = square(SUPPORT), square(COARSE)
+    line, grid = np.linspace(0.0, 1.0, SUPPORT), (SUPPORT, SUPPORT)
     found = []
     for face in faces:
-        _, u, v = square(SUPPORT)
         expected = (1 - share) * expectations(process, at, measured_mm, face.places(u, v))
-        _, coarse_u, coarse_v = square(COARSE)
         variance = between(krige.variance_mm2(face.places(coarse_u, coarse_v)).reshape(COARSE, COARSE), u, v)
-        near = np.max([own_share(part, part.places.sides_mm, u, v) for part in _different(face.parts)], axis=0)
+        different = {id(part.places): part for part in face.parts}.values()
+        near = np.max([own_share(part, part.places.sides_mm, u, v) for part in different], axis=0)
         known = np.maximum(np.clip(1 - variance / (process.waves_mm2 + process.noise_mm2), 0.0, 1.0), near)
         # Far from all points the whole variance is open, that of the pattern, of which a part's own is not.
         deviation = widening * np.sqrt((1 - share) ** 2 * variance + share * (1 - share) * size_mm2)
-        grid = (SUPPORT, SUPPORT)
         support = Support(process, known.reshape(grid), deviation.reshape(grid), np.full(grid, float(count)))
-        line = np.linspace(0.0, 1.0, SUPPORT)
         models = tuple(fit_grid((line, line), values_mm.reshape(grid), FINE) for values_mm in expected)
         found.append(FaceField(models, support, each_mm))
     return found
@@ -116,12 +123,11 @@ def _own(size_mm2: float, count: int, own_mm: float | None) -> tuple[float, floa
     return (min(1.0, own_mm2 / size_mm2) if size_mm2 > 0 else 1.0), own_mm
 
 
-def fitted_field(at: Array, values_mm: Array) -> FieldProcess:
+def fitted_field(at: Array, values_mm: Array) -> Process:
     """Returns the likeliest process for values (n,) at places (n, 7). Its lengths are no shorter than half the distance
     of neighbours, and its waves, each of about four lengths, no longer than the faces together: longer is form.
     """
-    from scipy.optimize import minimize  # slow to import
-    from scipy.spatial import KDTree
+    from scipy.spatial import KDTree  # slow to import
 
     size = float(np.linalg.norm(np.ptp(at[:, :3], axis=0)))
     step = float(np.median(KDTree(at[:, :3]).query(at[:, :3], k=[2])[0]))
@@ -129,42 +135,12 @@ def fitted_field(at: Array, values_mm: Array) -> FieldProcess:
         some = np.random.default_rng(1).choice(len(at), SOME, replace=False)
         at, values_mm = at[some], values_mm[some]
     apart, alike = apart_and_alike(at, at)
-    form_of_size = alike * matern(apart / (FORM_SIDES * size))
+    form_of_size, low, high = alike * matern(apart / (FORM_SIDES * size)), np.log(step / 2), np.log(size / WAVE)
 
-    def judged(x: Array) -> tuple[float, FieldProcess]:
-        length = float(np.exp(np.clip(x[0], np.log(step / 2), np.log(size / WAVE))))
+    def process(x: Array) -> tuple[FieldProcess, Array]:
+        length = float(np.exp(np.clip(x[0], low, high)))
         form, noise = np.exp(np.clip(x[1:], *RATIOS)).tolist()
-        noise = max(noise, LEAST_NOISE)
-        covariance = alike * matern(apart / length) + form * form_of_size + noise * np.eye(len(at))
-        factor = np.linalg.cholesky(covariance)
-        white = np.linalg.solve(factor, values_mm)
-        scale = max(float(white @ white) / len(white), np.finfo(float).tiny)
-        process = FieldProcess(scale, scale * form, scale * noise, (length,), (FORM_SIDES * size,))
-        return len(white) * float(np.log(scale)) + 2 * float(np.sum(np.log(np.diag(factor)))), process
+        found = FieldProcess(1.0, form, max(noise, LEAST_NOISE), (length,), (FORM_SIDES * size,))
+        return found, alike * matern(apart / length) + form * form_of_size
 
-    starts = [np.array([np.log(size * share), 0.0, -4.0]) for share in STARTS]
-    start = min(starts, key=lambda x: judged(x)[0])
-    find: Any = minimize  # whose stubs know no method without derivatives
-    options = {"maxfev": 120, "xatol": 0.03, "fatol": 0.05}
-    return judged(find(lambda x: judged(x)[0], start, method="Nelder-Mead", options=options).x)[1]
-
-
-def _values(face: FaceParts, cells: float) -> tuple[Array, Array]:
-    """Returns the face's places and every part's values there (parts, n)."""
-    sides = face.parts[0].places.sides_mm
-    values = pooled(face.parts, sides, max(1.0, cells))
-    return face.places(values.at_mm[:, 0] / sides[0], values.at_mm[:, 1] / sides[1]), values.values_mm
-
-
-def _shares(faces: Sequence[FaceParts]) -> Array:
-    area = np.array([_area_mm2(face) for face in faces])
-    return np.asarray(area / np.sum(area))
-
-
-def _area_mm2(face: FaceParts) -> float:
-    along, across = face.parts[0].places.sides_mm
-    return along * across
-
-
-def _different(parts: Sequence[Separation]) -> list[Separation]:
-    return list({id(part.places): part for part in parts}.values())
+    return likeliest(values_mm, process, [np.array([np.log(size * share), 0.0, -4.0]) for share in STARTS])

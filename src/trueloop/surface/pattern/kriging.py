@@ -9,6 +9,7 @@ and its variance grows to the whole one, with the distance from what was measure
 where the pattern is alike all over the patch: a ridge that stands in a gap alone is not foreseen.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final, TypeAlias
@@ -37,25 +38,25 @@ AT_ONCE: Final = 2000
 
 @dataclass(frozen=True)
 class Process:
-    """Variances of waves, form and noise in mm², lengths in mm along the two directions."""
+    """Variances of waves, form and noise in mm², lengths in mm along each direction."""
 
     waves_mm2: float
     form_mm2: float
     noise_mm2: float
-    waves_mm: Sides
-    form_mm: Sides
+    waves_mm: tuple[float, ...]
+    form_mm: tuple[float, ...]
 
     @property
     def variance_mm2(self) -> float:
         """Of the pattern at any place, before anything is measured."""
         return self.waves_mm2 + self.form_mm2
 
-    def widening(self, sides_mm: Sides) -> float:
+    def widening(self, area_mm2: float) -> float:
         """By how much a band is wider than the normal law has it, for the waves' variance is an estimate.
 
-        Of Student's law with as many degrees of freedom as a patch of such sides holds independent waves, A B/ℓ_a ℓ_b.
+        Of Student's law with as many degrees of freedom as such an area holds independent waves, A B/ℓ_a ℓ_b.
         """
-        independent = sides_mm[0] * sides_mm[1] / (self.waves_mm[0] * self.waves_mm[1])
+        independent = area_mm2 / (self.waves_mm[0] * self.waves_mm[-1])
         return student(COVERAGE, max(FEWEST, independent)) / student(COVERAGE, MANY)
 
     def covariance_mm2(self, a_mm: Array, b_mm: Array) -> Array:
@@ -65,34 +66,15 @@ class Process:
         return np.asarray(self.waves_mm2 * waves + self.form_mm2 * form)
 
 
-@dataclass(frozen=True)
-class FieldProcess:
-    """A process in space, over faces of a part (`field`): variances of waves, form and noise in mm², lengths in mm.
+class FieldProcess(Process):
+    """A process in space, over faces of a part (`field`), its lengths alike in all directions.
 
     Places are rows (n, 7): point, outward normal, number of the group of faces that run on into each other.
     """
 
-    waves_mm2: float
-    form_mm2: float
-    noise_mm2: float
-    waves_mm: tuple[float]
-    form_mm: tuple[float]
-
-    @property
-    def variance_mm2(self) -> float:
-        """Of the field at any place, before anything is measured."""
-        return self.waves_mm2 + self.form_mm2
-
-    def widening(self, area_mm2: float) -> float:
-        """By how much a band is wider than the normal law has it: of Student's law with as many degrees of freedom as
-        the faces hold independent waves.
-        """
-        independent = max(FEWEST, area_mm2 / self.waves_mm[0] ** 2)
-        return student(COVERAGE, independent) / student(COVERAGE, MANY)
-
-    def covariance_mm2(self, a: Array, b: Array) -> Array:
+    def covariance_mm2(self, a_mm: Array, b_mm: Array) -> Array:
         """Between the field at places (n, 7) and (m, 7), without noise: (n, m)."""
-        apart, alike = apart_and_alike(a, b)
+        apart, alike = apart_and_alike(a_mm, b_mm)
         waves, form = matern(apart / self.waves_mm[0]), matern(apart / self.form_mm[0])
         return np.asarray(alike * (self.waves_mm2 * waves + self.form_mm2 * form))
 
@@ -105,14 +87,11 @@ def apart_and_alike(a: Array, b: Array) -> tuple[Array, Array]:
     return np.asarray(cdist(a[:, :3], b[:, :3])), np.asarray((1 + a[:, 3:6] @ b[:, 3:6].T + same) / 3)
 
 
-AnyProcess: TypeAlias = Process | FieldProcess
-
-
 @dataclass(frozen=True, eq=False)
 class Kriging:
     """The process elsewhere, given values measured at places (n, k): (n, 2) in mm for a process over a patch."""
 
-    process: AnyProcess
+    process: Process
     at_mm: Array
 
     def expected_mm(self, values_mm: Array, where_mm: Array) -> Array:
@@ -145,58 +124,45 @@ def fitted_process(at_mm: Array, values_mm: Array, sides_mm: Sides, step_mm: flo
 
     Waves are not shorter than half a step and no longer than the longer side.
     """
-    from scipy.optimize import minimize  # slow to import
-
     if len(values_mm) > SOME:
         some = np.random.default_rng(1).choice(len(values_mm), SOME, replace=False)
         at_mm, values_mm = at_mm[some], values_mm[some]
-    judged = _Judgement(at_mm, values_mm, (FORM_SIDES * sides_mm[0], FORM_SIDES * sides_mm[1]))
-    low, high = np.log(step_mm / 2), np.log(max(sides_mm))
+    apart, form_mm = np.abs(at_mm[:, None, :] - at_mm[None, :, :]), (FORM_SIDES * sides_mm[0], FORM_SIDES * sides_mm[1])
+    form_of_sides, low, high = _product(apart, form_mm), np.log(step_mm / 2), np.log(max(sides_mm))
 
-    def process(x: Array) -> Process:
-        a_mm, b_mm = np.exp(np.clip(x[:2], low, high)).tolist()
+    def process(x: Array) -> tuple[Process, Array]:
+        lengths_mm = tuple(np.exp(np.clip(x[:2], low, high)).tolist())
         form, noise = np.exp(np.clip(x[2:], *RATIOS)).tolist()
-        return Process(1.0, form, max(noise, LEAST_NOISE), (a_mm, b_mm), judged.form_mm)
+        found = Process(1.0, form, max(noise, LEAST_NOISE), lengths_mm, form_mm)
+        return found, _product(apart, lengths_mm) + form * form_of_sides
 
-    starts = [np.array([*np.log(np.multiply(sides_mm, share)), 0.0, -4.0]) for share in STARTS]
-    start = min(starts, key=lambda x: judged.deviance(process(x)))
-    options = {"maxfev": 120, "xatol": 0.03, "fatol": 0.05}
+    return likeliest(
+        values_mm, process, [np.array([*np.log(np.multiply(sides_mm, each)), 0.0, -4.0]) for each in STARTS]
+    )
+
+
+def likeliest(values_mm: Array, process: Callable[[Array], tuple[Process, Array]], starts: Sequence[Array]) -> Process:
+    """Returns the likeliest process for values (n,) among those that `process` makes of parameters, each with its
+    covariance (n, n) without noise, the waves' variance 1: the scale that is best for the values counts.
+    """
+    from scipy.optimize import minimize  # slow to import
+
+    def judged(x: Array) -> tuple[float, Process]:
+        found, covariance = process(x)
+        factor = np.linalg.cholesky(covariance + found.noise_mm2 * np.eye(len(values_mm)))
+        white = np.linalg.solve(factor, values_mm)
+        scale = max(float(white @ white) / len(white), np.finfo(float).tiny)
+        deviance = len(white) * float(np.log(scale)) + 2 * float(np.sum(np.log(np.diag(factor))))
+        form_mm2, noise_mm2 = scale * found.form_mm2, scale * found.noise_mm2
+        return deviance, replace(found, waves_mm2=scale, form_mm2=form_mm2, noise_mm2=noise_mm2)
+
+    start = min(starts, key=lambda x: judged(x)[0])
     find: Any = minimize  # whose stubs know no method without derivatives
-    best = process(find(lambda x: judged.deviance(process(x)), start, method="Nelder-Mead", options=options).x)
-    scale = judged.scale(best)[0]
-    return replace(best, waves_mm2=scale, form_mm2=scale * best.form_mm2, noise_mm2=scale * best.noise_mm2)
+    options = {"maxfev": 120, "xatol": 0.03, "fatol": 0.05}
+    return judged(find(lambda x: judged(x)[0], start, method="Nelder-Mead", options=options).x)[1]
 
 
-@dataclass(frozen=True, eq=False)
-class _Judgement:
-    """Values at places, by which processes are judged that are known up to a common scale."""
-
-    at_mm: Array
-    values_mm: Array
-    form_mm: Sides
-
-    def deviance(self, process: Process) -> float:
-        """−2 log likelihood with the scale that is best, up to a constant."""
-        scale, log_determinant = self.scale(process)
-        return len(self.values_mm) * float(np.log(max(scale, np.finfo(float).tiny))) + log_determinant
-
-    def scale(self, process: Process) -> tuple[float, float]:
-        """The scale that is best, and the logarithm of the covariance's determinant without it."""
-        covariance = process.waves_mm2 * _product(self._apart, process.waves_mm) + process.form_mm2 * self._form
-        factor = np.linalg.cholesky(covariance + process.noise_mm2 * np.eye(len(self.values_mm)))
-        white = np.linalg.solve(factor, self.values_mm)
-        return float(white @ white) / len(white), 2 * float(np.sum(np.log(np.diag(factor))))
-
-    @cached_property
-    def _apart(self) -> Array:
-        return np.abs(self.at_mm[:, None, :] - self.at_mm[None, :, :])
-
-    @cached_property
-    def _form(self) -> Array:
-        return _product(self._apart, self.form_mm)
-
-
-def _product(apart_mm: Array, lengths_mm: Sides) -> Array:
+def _product(apart_mm: Array, lengths_mm: Sequence[float]) -> Array:
     """Correlation of places that are so far apart along both directions (n, m, 2)."""
     return np.asarray(matern(apart_mm[..., 0] / lengths_mm[0]) * matern(apart_mm[..., 1] / lengths_mm[1]))
 

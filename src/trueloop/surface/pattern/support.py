@@ -12,7 +12,7 @@ import numpy as np
 
 from trueloop.arrays import Array, for_kernel
 from trueloop.surface.on_face import SUPPORT
-from trueloop.surface.pattern.kriging import AnyProcess, Kriging, Process, Sides, fitted_process
+from trueloop.surface.pattern.kriging import Kriging, Process, Sides, fitted_process
 from trueloop.surface.separation.places import SMOOTHING, Places, splines
 from trueloop.surface.separation.separate import Separation
 from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis, fit_grid
@@ -60,7 +60,7 @@ class Support:
     `parts` how many parts tell of a place.
     """
 
-    process: AnyProcess
+    process: Process
     known: Array
     deviation_mm: Array
     parts: Array
@@ -85,9 +85,9 @@ def faded(parts: Sequence[Separation]) -> tuple[tuple[SplineSurface, ...], Suppo
     """The parts' models with what fades where their points do not support them; None where they do everywhere."""
     sides = parts[0].places.sides_mm
     at = np.linspace(0.0, 1.0, SUPPORT)
-    where = np.stack([np.repeat(at, SUPPORT), np.tile(at, SUPPORT)], axis=1) * sides
-    alike = {id(part.places): part for part in parts}
-    own = {key: own_share(part, sides, where[:, 0] / sides[0], where[:, 1] / sides[1]) for key, part in alike.items()}
+    u, v = np.repeat(at, SUPPORT), np.tile(at, SUPPORT)
+    where = np.stack([u, v], axis=1) * sides
+    own = {key: own_share(part, sides, u, v) for key, part in {id(part.places): part for part in parts}.items()}
     share = np.stack([own[id(part.places)] for part in parts])
     bare = np.flatnonzero(np.min(share, axis=0) < 1.0)
     if not len(bare):
@@ -102,7 +102,7 @@ def faded(parts: Sequence[Separation]) -> tuple[tuple[SplineSurface, ...], Suppo
         model = part.deterministic.grid_mm(at, at).ravel()
         model[bare] = kept * model[bare] + (1 - kept) * mean
         models.append(fit_grid((at, at), model.reshape(SUPPORT, SUPPORT), FINE))
-    return tuple(models), _support(process, process.widening(sides), share, bare, (own_mm2, variance_mm2))
+    return tuple(models), _support(process, process.widening(sides[0] * sides[1]), share, bare, (own_mm2, variance_mm2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,7 @@ class Pooled:
         return np.asarray(np.nanmean(self.values_mm, axis=0))
 
 
-def expectations(process: AnyProcess, at: Array, values_mm: Array, where: Array) -> Array:
+def expectations(process: Process, at: Array, values_mm: Array, where: Array) -> Array:
     """Returns what kriging expects of every part at places (m, …), (parts, m), from its values (parts, n), else nan.
 
     Where a part has no value, the mean of the others stands, with what its own values differ from it.
@@ -140,7 +140,7 @@ def expectations(process: AnyProcess, at: Array, values_mm: Array, where: Array)
     )
 
 
-def _own_variances_mm2(process: AnyProcess, values: Pooled, where: Array, variance_mm2: Array) -> Array:
+def _own_variances_mm2(process: Process, values: Pooled, where: Array, variance_mm2: Array) -> Array:
     """Returns the variance at places by every part's own points, (parts, m); `variance_mm2` is that by all points."""
     there = np.isfinite(values.values_mm)
     if np.all(there):
