@@ -76,6 +76,7 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[program]": milled_job.MilledProgramTable,
         "[[tool]]": milled_job.MillToolTable,
         "[[measured]]": milled_job.MeasuredTable,
+        "[[device]]": milled_job.DeviceTable,
         "[frame]": milled_job.FrameTable,
         "[limits]": milled_job.MilledLimits,
         "[output]": milled_job.MilledOutput,

@@ -311,6 +311,7 @@ class Code(StrEnum):
     MIL_ENTRY = "MIL-ENTRY", "a number to enter that is too large", "entry change limit"
     MIL_ENTERED = "MIL-ENTERED", "parts of which it is not stated what had been entered", "measurement file"
     MIL_CONTRADICTED = "MIL-CONTRADICTED", "a part that was not cut with the stated numbers", "part entry off u"
+    MIL_DEVICE = "MIL-DEVICE", "a ring gauge of a device that measured nothing", "device devices"
     MIL_RECORD = "MIL-RECORD", "a record that is not of this part's entries", "file"
     MIL_CUT = "MIL-CUT", "a feature that several passes could have cut last", "feature"
     MIL_NOT_CUT = "MIL-NOT-CUT", "a feature that no pass of the program cuts", "feature"

@@ -62,6 +62,9 @@ PRODUCERS = {
     Code.MIL_LEVELS: lambda: _job(str, program=lambda text: text.replace("T2 M6", FACED + "T2 M6")),
     Code.MIL_REGISTER: lambda: _job(str, program=lambda text: text.replace("D22", "D21")),
     Code.MIL_CORNER: lambda: _job(str, program=lambda text: text.replace("T2 M6", CORNER + "T2 M6")),
+    Code.MIL_DEVICE: lambda: _job(
+        lambda text: text + '\n[[device]]\nname = "probe"\nring = 25\nring_measured = 24.9\n'
+    ),
     Code.MIL_PROBE: lambda: inspection_plus_program("p", [BORE], MacroProbe(30, 6.0, 2.0)),
     Code.MIL_RECORD: lambda: _job(_second('entered = ["entries.json"]\n'), OTHER),
 }

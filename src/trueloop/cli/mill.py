@@ -228,6 +228,15 @@ def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
             for one in proposal.contradictory
         ],
         "suspected": proposal.suspected,
+        "devices": [
+            {
+                "name": one.name,
+                "probability_off": one.probability,
+                "off_um": UM_PER_MM * one.off_mm,
+                "u_um": 2.0 * UM_PER_MM * one.standard_u_mm,
+            }
+            for one in proposal.devices
+        ],
         "by_one_reading": {entry.words: name for entry, name in proposal.by_one_reading.items()},
         "unused": list(job.unused),
     }

@@ -37,13 +37,16 @@ FAR: Final = 9.0
 AGAIN: Final = 2
 """Sizes are fitted again so often at most, with what is far off by the sizes before."""
 
+ROUNDS: Final = 40
+"""The search for sizes takes so many steps at most."""
+
 MOST_KNOWN: Final = 64
 _KNOWN: Final = WeakKeyDictionary[Catalogue, dict[bytes, dict[str, float]]]()
 """So many of the latest sizes that were fitted with a catalogue, by the digest of what they were fitted to."""
 
 
 def fitted_sizes(
-    catalogue: Catalogue, parts: Sequence[Observed], starts: Sequence[Sizes] = (), rounds: int = 40
+    catalogue: Catalogue, parts: Sequence[Observed], starts: Sequence[Sizes] = (), rounds: int = ROUNDS
 ) -> dict[str, float]:
     """Returns the most probable sizes given observations, each of one part, in the order of the clocks.
 
@@ -62,6 +65,15 @@ def fitted_sizes(
         for old in list(known)[:-MOST_KNOWN]:
             known.pop(old, None)
     return dict(found)
+
+
+def log_evidence(catalogue: Catalogue, parts: Sequence[Observed], more_mm2: Array | float = 0.0) -> float:
+    """Returns the logarithm, but for a constant, of the likelihood of values times the priors, at the most probable
+    sizes: what is assumed of the values' places is compared by it. `more_mm2` (n,): added to the variances of values.
+    """
+    badness = Badness(catalogue, parts, more_mm2)
+    found = _most_probable(badness, catalogue, catalogue.medians, ROUNDS)
+    return -badness.of(catalogue.logarithms(found))[0]
 
 
 def _digest(parts: Sequence[Observed], starts: Sequence[Sizes], rounds: int) -> bytes:

@@ -23,7 +23,7 @@ from trueloop.jobs.user import user_name
 from trueloop.milled.entries import Proposal, ProposedEntry, propose
 from trueloop.milled.entry import PLAINEST, Entered, Entry, Part, Register
 from trueloop.milled.feature import MilledFeature
-from trueloop.milled.observed import Frame, by_depth, observed_of, require_not_exchanged, seen
+from trueloop.milled.observed import Device, Frame, by_depth, observed_of, require_not_exchanged, seen
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 from trueloop.wording import first_of
@@ -31,6 +31,8 @@ from trueloop.wording import first_of
 RECORD: Final = "entries.json"
 Changes: TypeAlias = dict[str, Entered]
 """The changes of each record that is in force, by the record's digest."""
+_Read: TypeAlias = tuple[Reading, str]
+"""A reading, and the device that it is of."""
 LARGEST_CHANGE: Final = 10.0
 """The largest change, mm or rad, that a record may hold."""
 KIND: Final = "trueloop entries of a milled part"
@@ -144,6 +146,8 @@ def read_milled(path: FilePath) -> MilledJob:
             else:  # two devices
                 shown, observed = (*before.shown, *part.shown), together([before.observed, part.observed])
                 parts[-1] = replace(before, shown=by_depth(shown), observed=observed)
+    with in_file(path):
+        _require_devices(job, {name for part in parts for name in part.observed.places.columns["device"].tolist()})
     return MilledJob(
         name=job.name,
         parts=tuple(parts),
@@ -183,7 +187,7 @@ def entries_for_next_part(job: MilledJob) -> Proposal:
     tool 1, radius 0.012
     """
     with in_file(job.path):
-        found = propose(job.name, job.parts, job.possible, job.step_mm)
+        found = propose(job.name, job.parts, job.possible, job.step_mm, [table.name for table in job.job.device])
     for entry in found.proposed:
         turn = entry.entry.register == "turn"
         unit, scale = ("µrad", 1e6) if turn else ("µm", UM_PER_MM)
@@ -239,7 +243,8 @@ def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
     """
     file = path.parent / table.file
     mapping = None if table.mapping is None else path.parent / table.mapping
-    found = read_measured_file(file, StatedFacts(table.unit, mapping, "measured.unit")).inspections
+    measured = read_measured_file(file, StatedFacts(table.unit, mapping, "measured.unit"))
+    found = measured.inspections
     if not found:
         hint = "fill in at least one value: a row without one was not measured"
         raise Code.MSR_NONE.refusal(f"{file.name!r} holds 0 values", hint=hint, place=Place(str(file)))
@@ -252,18 +257,23 @@ def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
             place=Place(str(file)),
             values={"serials": serials[:20]},
         )
-    yield from chosen
+    for inspection in chosen:
+        stated = {} if table.device is not None else inspection.devices
+        yield replace(inspection, device=table.device or inspection.device or measured.format, devices=stated)
 
 
-def _by_part(inspections: Iterator[Inspection]) -> Iterator[tuple[str, list[Reading]]]:
-    """Yields serial numbers and readings: runs of a file that state one serial number are of one part.
+def _by_part(inspections: Iterator[Inspection]) -> Iterator[tuple[str, list[_Read]]]:
+    """Yields serial numbers and readings with their devices: runs of a file that state one serial number are of one
+    part.
 
     What was measured in the frame of the machine, or of the device, holds no positions in the part's.
     """
-    found = list[tuple[str, list[Reading]]]()
+    found = list[tuple[str, list[_Read]]]()
     for inspection in inspections:
         readings = [
-            each for each in inspection.readings if inspection.frame == "part" or each.quantity is not Quantity.POSITION
+            (each, inspection.device_of(each.characteristic))
+            for each in inspection.readings
+            if inspection.frame == "part" or each.quantity is not Quantity.POSITION
         ]
         if found and inspection.part.serial and found[-1][0] == inspection.part.serial:
             found[-1][1].extend(readings)
@@ -276,13 +286,19 @@ def _part(
     job: MilledJobFile,
     features: dict[str, MilledFeature],
     frame: Frame,
-    measured: tuple[str, list[Reading]],
+    measured: tuple[str, list[_Read]],
     in_force: Entered,
     number: int,
 ) -> tuple[Part, list[str]]:
-    serial, readings = measured[0], [_renamed(reading, job.names, tuple(features)) for reading in measured[1]]
+    serial, readings = measured[0], [_renamed(reading, job.names, tuple(features)) for reading, _ in measured[1]]
     pairs = [(reading, seen(features, frame, reading)) for reading in readings]
     used = [(reading, what) for reading, what in pairs if what is not None]
+    calibrated = _calibrated(job)
+    devices = [
+        calibrated.get(name, Device(name))
+        for (_, name), (_, what) in zip(measured[1], pairs, strict=True)
+        if what is not None
+    ]
     if not used:
         measured_names = sorted({reading.feature for reading in readings})[:20]
         unknown = [one for one in readings if one.quantity is Quantity.OTHER and one.feature in features]
@@ -307,8 +323,37 @@ def _part(
                 values={"name": what.name, "deviation_um": off_um, "limit_um": job.limits.deviation_um},
             )
     shown = by_depth([what for _, what in used])
-    observed = observed_of(shown, [reading for reading, _ in used], (job.name, number), job.measuring_u_um / UM_PER_MM)
+    u_mm = job.measuring_u_um / UM_PER_MM
+    observed = observed_of(shown, [reading for reading, _ in used], (job.name, number), u_mm, devices)
     return Part(serial, shown, observed, in_force), [reading.characteristic for reading, what in pairs if what is None]
+
+
+def _calibrated(job: MilledJobFile) -> dict[str, Device]:
+    """Returns the devices that measured a ring gauge, by name: a ring that reads small has its wall too far out."""
+    per = MM_PER_INCH if job.unit == "inch" else 1.0
+    return {one.name: Device(one.name, 0.5 * per * (one.ring - one.ring_measured)) for one in job.device}
+
+
+def _require_devices(job: MilledJobFile, measured: set[str]) -> None:
+    """Raises MIL-DEVICE for a ring gauge of a device that measured nothing, MIL-LARGE for one read too far off."""
+    for device in _calibrated(job).values():
+        off_um, limit_um = UM_PER_MM * device.off_mm, job.limits.deviation_um
+        if device.name not in measured:
+            devices = sorted(measured)
+            raise Code.MIL_DEVICE.refusal(
+                f"{device.name!r} measured a ring gauge and none of the parts; they were measured by "
+                f"{', '.join(map(repr, devices))}",
+                hint="correct `device.name`, or state `measured.device` of the file that is of it",
+                values={"device": device.name, "devices": devices},
+            )
+        if abs(off_um) > limit_um:
+            name = f"the wall of the ring gauge, as {device.name!r} reads it,"
+            raise Code.MIL_LARGE.refusal(
+                f"{name} deviates by {off_um:+.0f} µm, the limit is {limit_um:g} µm",
+                hint="state diameters in `device.ring` and `device.ring_measured`, in the job's unit, or calibrate it",
+                override="a larger `limits.deviation_um` in the job",
+                values={"name": name, "deviation_um": off_um, "limit_um": limit_um},
+            )
 
 
 def _renamed(reading: Reading, listed: Mapping[str, str], features: tuple[str, ...]) -> Reading:
@@ -439,6 +484,16 @@ def proposal_notes(job: MilledJob, proposal: Proposal, say: Texts = ENGLISH) -> 
             low=low,
             high=high,
             counted="" if len(each.names) == 1 else say(" as {name}", name=each.names[0]),
+        )
+    for device in proposal.devices:
+        yield say(
+            "'{device}' may read all walls {off} ± {u} µm out of the material ({p} %), as with a ball that was not "
+            "calibrated; tools whose radii are off alike look so too: measure a ring gauge with it and state that in a "
+            "table [[device]], or measure bores and bosses with another device",
+            device=device.name,
+            off=say.spelled(f"{UM_PER_MM * device.off_mm:+.0f}"),
+            u=say.spelled(f"{2.0 * UM_PER_MM * device.standard_u_mm:.0f}"),
+            p=say.spelled(f"{100.0 * device.probability:.0f}"),
         )
     if proposal.suspected:
         yield say(

@@ -10,7 +10,7 @@ one number explains is put into one number, and what nothing determines stays as
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -19,9 +19,19 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Judgement
 from trueloop.estimate.history import after_parts
-from trueloop.estimate.sizes import fitted_sizes
+from trueloop.estimate.sizes import fitted_sizes, log_evidence
+from trueloop.estimate.state import Key, Normal, State
+from trueloop.estimate.weights import shares
 from trueloop.milled.entry import PARTS_FOR_SIZES, PLAINEST, SHOWS, Contradictory, Entered, Entry, Part, against_earlier
-from trueloop.milled.observed import LASTING, ObservedSize, milled_catalogue, odd_features, places_of
+from trueloop.milled.observed import (
+    LASTING,
+    UNCALIBRATED_MM,
+    ObservedSize,
+    milled_catalogue,
+    odd_features,
+    places_of,
+    with_device_off,
+)
 from trueloop.statistics import rms
 from trueloop.tolerances.conformance import judge
 
@@ -31,6 +41,14 @@ ALIKE: Final = 1.05
 """Entries that leave less than so many times the least are as good: the plainest of them is taken."""
 STEP_RAD: Final = math.radians(0.001)
 """A control takes angles in steps of 0.001°."""
+OFF: Final = 0.03
+"""So probably a device was not calibrated, before anything was measured."""
+LIKELY: Final = 0.05
+"""With this probability it is named, and has a part in the numbers and their bands, which hold in 95 of 100 cases."""
+GROSS_MM: Final = 0.1
+"""A reading that others of its size contradict, as by a chip, may be off by so much."""
+MOST_PARTS: Final = 12
+"""Devices are judged by so many of the latest parts."""
 DEPENDENT: Final = 1e-6
 """Share of an entry's effect that others do not have already, below which it is not determined beside them."""
 
@@ -55,6 +73,16 @@ class ExpectedSize:
     changed: Judgement
 
 
+@dataclass(frozen=True)
+class DeviceOff:
+    """A device that may read walls out of place all around: how probably, and by how much out of the material, mm."""
+
+    name: str
+    probability: float
+    off_mm: float
+    standard_u_mm: float
+
+
 @dataclass(frozen=True, eq=False)
 class Proposal:
     """The answer for the next part. `unlike`: features so far off what tools and work offsets explain, by a chip, a
@@ -70,6 +98,7 @@ class Proposal:
     by_one_reading: Mapping[Entry, str]
     contradictory: tuple[Contradictory, ...]
     suspected: str = ""
+    devices: tuple[DeviceOff, ...] = ()
 
     @property
     def rms_mm(self) -> tuple[float, float]:
@@ -86,23 +115,57 @@ def target(size: ObservedSize) -> float:
     return size.nominal_mm + size.aim_mm
 
 
-def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], step_mm: float = 1e-3) -> Proposal:
-    """Returns the numbers to enter before the next part, in the control's steps; `possible`: those it can be given."""
-    catalogue, shown = milled_catalogue(), _together(parts)
-    contradictory = [part.contradictory() for part in parts]
-    parts = [
-        part.without({name for one in own for name in one.names})
-        for part, own in zip(parts, contradictory, strict=True)
-    ]
-    last, compared = parts[-1], against_earlier(parts, possible)
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """The knowledge that parts give, `off` being the devices that may be off: how probably that is so, the state, and
+    by how much terms of the last part and what lasts are larger than usual.
+    """
+
+    probability: float
+    off: tuple[str, ...]
+    state: State
+    scales: Mapping[Key, float]
+
+    @classmethod
+    def of(cls, parts: Sequence[Part], off: tuple[str, ...], probability: float) -> "_Known":
+        """Takes in the parts with those devices off."""
+        catalogue, values = milled_catalogue(), [with_device_off(part.as_first_set(), off) for part in parts]
+        sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
+        known = after_parts(catalogue, sizes, [[observed] for observed in values])
+        *earlier, shows = [taken.scales for of_part in known.taken for taken in of_part]
+        scales = {key: scale for mapping in earlier for key, scale in mapping.items() if key[0] in LASTING}
+        return cls(probability, off, known.state, {**scales, **shows})
+
+    def device(self) -> DeviceOff:
+        """Returns the device that is off."""
+        [name] = self.off
+        at = self.state.blocks["device", name].start
+        u = math.sqrt(self.state.covariance[at, at])
+        return DeviceOff(name, self.probability, UNCALIBRATED_MM * float(self.state.mean[at]), UNCALIBRATED_MM * u)
+
+
+def propose(
+    part_type: str,
+    parts: Sequence[Part],
+    possible: Sequence[Entry],
+    step_mm: float = 1e-3,
+    calibrated: Collection[str] = (),
+) -> Proposal:
+    """Returns the numbers to enter before the next part, in the control's steps; `possible`: those it can be given.
+
+    `calibrated`: devices that are known to be.
+    """
+    shown = _together(parts)
+    contradictory, parts = _without_contradictory(parts, _devices(parts) - set(calibrated))
+    likely = {device: share for device, share in devices_off(parts, calibrated).items() if share >= LIKELY}
+    again, parts = _without_contradictory(parts, likely)
+    last = parts[-1]
+    compared = against_earlier([part.with_device_off(likely) for part in parts], possible)
     parts = [part.without((), names) for part, names in zip(parts, compared.odd, strict=True)]
     readings = Counter(size.name for part in parts for size in part.shown)
-    values = [part.as_first_set() for part in parts]
-    sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
-    known = after_parts(catalogue, sizes, [[observed] for observed in values])
-    *earlier, shows = [taken.scales for of_part in known.taken for taken in of_part]
-    scales = {key: scale for mapping in earlier for key, scale in mapping.items() if key[0] in LASTING} | dict(shows)
-    state = known.state
+    doubtful = [_Known.of(parts, (device,), share) for device, share in likely.items()]
+    each = [_Known.of(parts, (), 1.0 - sum(likely.values())), *doubtful]
+    scales = max(each, key=lambda known: known.probability).scales
     places, functional = places_of(tuple(shown.values()), part_type, int(last.observed.places.number("part")[0]) + 1)
     unlike = {**odd_features(scales), **compared.odd[-1]}
     alike = [
@@ -111,17 +174,19 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
     ]
     weight = _weights(list(shown.values())) * alike
     aim = np.array([size.aim_mm for size in shown.values()])
-    lasting = state.predict(places, functional, LASTING, repeatability=False)
+    lasting = _mixed(
+        [(one.probability, one.state.predict(places, functional, LASTING, repeatability=False)) for one in each]
+    )
     effects = {one: functional @ one.basis(places) for one in {**dict.fromkeys(possible), **last.in_force}}
-    off = lasting.mean_mm + _effect(effects, last.in_force) - aim
-    chosen = _chosen({one: effects[one] for one in possible}, weight, off, lasting.covariance_mm2)
+    error = lasting.mean_mm + _effect(effects, last.in_force) - aim
+    chosen = _chosen({one: effects[one] for one in possible}, weight, error, lasting.covariance_mm2)
     proposed = [
         ProposedEntry(one, change, last.in_force.get(one, 0.0) + change, u)
         for one, (value, u) in chosen.items()
         if (change := _in_steps(one, value, step_mm)) != 0.0
     ]
     totals = {**last.in_force, **{one.entry: one.total for one in proposed}}
-    whole = state.predict(places, functional)
+    whole = _mixed([(one.probability, one.state.predict(places, functional)) for one in each])
     now = whole.mean_mm + _effect(effects, last.in_force)
     after = whole.mean_mm + _effect(effects, totals)
     u = whole.standard_u_mm
@@ -142,9 +207,60 @@ def propose(part_type: str, parts: Sequence[Part], possible: Sequence[Entry], st
         expected=expected,
         unlike=tuple(unlike),
         by_one_reading=by_one,
-        contradictory=tuple(one for own in contradictory for one in own),
+        contradictory=(*contradictory, *again),
         suspected=compared.suspected,
+        devices=tuple(known.device() for known in doubtful),
     )
+
+
+def _devices(parts: Sequence[Part]) -> set[str]:
+    return {name for part in parts for name in part.observed.places.columns["device"].tolist() if name}
+
+
+def _without_contradictory(
+    parts: Sequence[Part], off: Collection[str]
+) -> tuple[tuple[Contradictory, ...], Sequence[Part]]:
+    """Returns sizes whose readings contradict each other, with those devices off, and the parts without these."""
+    found = [part.with_device_off(off).contradictory() for part in parts]
+    named = [{name for one in own for name in one.names} for own in found]
+    without = [part.without(names) for part, names in zip(parts, named, strict=True)]
+    return tuple(one for own in found for one in own), without
+
+
+def devices_off(parts: Sequence[Part], calibrated: Collection[str] = ()) -> dict[str, float]:
+    """Returns how probably each device was not calibrated, one at most, the likeliest first.
+
+    A tool that is larger by r than set and a device that reads walls out of place by −r show alike. The sizes of radii
+    that fit the parts decide: of tools that are all off alike, one device is the likelier cause, and of two devices
+    that differ the one with which the tools would be.
+    """
+    catalogue, names = milled_catalogue(), sorted(_devices(parts) - set(calibrated))
+    if not names:
+        return {}
+    parts = parts[-MOST_PARTS:]
+    values = [[with_device_off(part.as_first_set(), names)] for part in parts]
+    taken = [one.scales for of_part in after_parts(catalogue, catalogue.medians, values).taken for one in of_part]
+    parts = [part.without((), odd_features(scales)) for part, scales in zip(parts, taken, strict=True)]
+    log_weights = dict[str, float]()
+    for name, prior in (("", 1.0 - OFF * len(names)), *((name, OFF) for name in names)):
+        assumed = [part.with_device_off({name}) for part in parts]
+        gross = [{name for one in part.contradictory() for name in one.names} for part in assumed]
+        more_mm2 = [
+            GROSS_MM**2 * (size.name in names) for part, names in zip(parts, gross, strict=True) for size in part.shown
+        ]
+        log_weights[name] = (
+            math.log(max(prior, OFF))
+            + sum(map(len, gross)) * math.log(catalogue.gross)
+            + log_evidence(catalogue, [part.as_first_set() for part in assumed], np.array(more_mm2))
+        )
+    return {name: share for name, share in shares(log_weights).items() if name}
+
+
+def _mixed(normals: Sequence[tuple[float, Normal]]) -> Normal:
+    """Returns mean and covariance of what has these distributions with these probabilities."""
+    mean = np.asarray(sum((share * one.mean_mm for share, one in normals), np.zeros(1)))
+    apart = [(share, one, one.mean_mm - mean) for share, one in normals]
+    return Normal(mean, np.asarray(sum(share * (one.covariance_mm2 + np.outer(d, d)) for share, one, d in apart)))
 
 
 def _weights(shown: Sequence[ObservedSize]) -> Array:

@@ -27,7 +27,15 @@ from trueloop.estimate.history import after_parts
 from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import State, Updated
-from trueloop.milled.observed import ObservedSize, milled_catalogue, odd_features, shift_basis, turn_basis, wall_share
+from trueloop.milled.observed import (
+    ObservedSize,
+    milled_catalogue,
+    odd_features,
+    shift_basis,
+    turn_basis,
+    wall_share,
+    with_device_off,
+)
 from trueloop.units import UM_PER_MM
 
 Register: TypeAlias = Literal["radius", "length", "x", "y", "z", "turn"]
@@ -80,6 +88,10 @@ class Part:
         effect = sum((value * entry.basis(self.observed.places) for entry, value in self.in_force.items()), np.zeros(1))
         known = self.observed.of(np.broadcast_to(effect, len(self.observed.places)))
         return replace(self.observed, value_mm=self.observed.value_mm - known)
+
+    def with_device_off(self, off: Collection[str]) -> "Part":
+        """Returns the part with readings of which some devices may be off."""
+        return replace(self, observed=with_device_off(self.observed, off))
 
     def contradictory(self) -> tuple["Contradictory", ...]:
         """Returns the sizes and coordinates that were read several times with values further apart than surfaces and

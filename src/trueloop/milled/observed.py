@@ -2,16 +2,19 @@
 
 The terms of a milled part's error, with the priors of their sizes.
 
-Columns of a place: `part_type`, `part`, `feature`, `tool`, `work_offset`, `side` (of the cut) as labels; `order` (of
-the part), `depth_share` (of a wall, 0 at its top to 1 at the tip of the tool), the place and the outward normal in the
-part's frame. A coefficient is the error of a thing in its own sense; its basis is what that leaves on: a tool that is
-larger by r than the control takes it for leaves −r on every wall, a longer one −l on faces that look up, and a work
-offset displaced by d leaves d·n.
+Columns of a place: `part_type`, `part`, `feature`, `tool`, `work_offset`, `side` (of the cut) and `device` (that
+measured, empty: none) as labels; `order` (of the part), `depth_share` (of a wall, 0 at its top to 1 at the tip of the
+tool), `device_u_mm` (by how much the device may read walls out of place all around), the place and the outward normal
+in the part's frame. A coefficient is the error of a thing in its own sense; its basis is what that leaves on: a tool
+that is larger by r than the control takes it for leaves −r on every wall, a longer one −l on faces that look up, and a
+work offset displaced by d leaves d·n. A device that reads walls further out of the material by b, as by a ball that is
+smaller than its calibrated value, shows +b on every wall: bores small and bosses large, as tools that are all smaller
+by b leave them.
 
 The medians are from milling in general, chosen before any measured part was looked at.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Final, TypeAlias
@@ -61,6 +64,14 @@ class ObservedSize:
         if self.lower_mm is None or self.upper_mm is None:
             return 0.0
         return 0.5 * (self.lower_mm + self.upper_mm) - self.nominal_mm
+
+
+@dataclass(frozen=True)
+class Device:
+    """A measuring device; `off_mm`: by how much it is known to read walls further out of the material."""
+
+    name: str
+    off_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -207,20 +218,26 @@ def by_depth(shown: Sequence[ObservedSize]) -> tuple[ObservedSize, ...]:
     )
 
 
-def places_of(shown: Sequence[ObservedSize], part_type: str, part: int) -> tuple[Places, Array]:
+def places_of(
+    shown: Sequence[ObservedSize], part_type: str, part: int, devices: Sequence[tuple[str, float]] = ()
+) -> tuple[Places, Array]:
     """Returns the places of the surfaces that sizes and coordinates follow, N of them, on the part of that number in
     the order of cutting, and the matrix by which they follow their errors, (n, N).
+
+    `devices`: the device of each, and by how much it may read walls out of place, mm; without, they are true ones.
     """
     rows, columns = list[Array](), list[dict[str, Array]]()
     count = sum(len(size.weights) for size in shown)
     at = 0
-    for size in shown:
+    for size, (device, off_mm) in zip(shown, devices or [("", 0.0)] * len(shown), strict=True):
         row = np.zeros(count)
         row[at : at + len(size.weights)] = size.weights
         at += len(size.weights)
         rows.append(row)
         for feature, below in zip(size.features, size.below_top_mm, strict=True):
-            columns.append(_columns(feature, below, part_type, part))
+            own = _columns(feature, below, part_type, part)
+            own["device"] = np.full(len(own["part"]), device, dtype=object)
+            columns.append({**own, "device_u_mm": np.full(len(own["part"]), off_mm)})
     names = columns[0]
     return Places({name: np.concatenate([column[name] for column in columns]) for name in names}), np.array(rows)
 
@@ -245,15 +262,30 @@ def _columns(feature: MilledFeature, below_top_mm: float | None, part_type: str,
 
 
 def observed_of(
-    shown: Sequence[ObservedSize], readings: Sequence[Reading], of: tuple[str, int], u_mm: float
+    shown: Sequence[ObservedSize],
+    readings: Sequence[Reading],
+    of: tuple[str, int],
+    u_mm: float,
+    devices: Sequence[Device] = (),
 ) -> Observed:
     """Returns readings as observations of the part `of` (type, number): deviations from the job's nominal values, each
-    with the standard uncertainty that the file states, else `u_mm`.
+    with the standard uncertainty that the file states, else `u_mm`, less what its device is known to add.
     """
-    places, functional = places_of(shown, *of)
-    value = np.array([reading.actual - what.nominal_mm for reading, what in zip(readings, shown, strict=True)])
     u = np.array([u_mm if reading.standard_u is None else reading.standard_u for reading in readings])
+    devices = devices or [Device("")] * len(readings)
+    common = [(device.name, IN_COMMON * own) for device, own in zip(devices, u.tolist(), strict=True)]
+    places, functional = places_of(shown, *of, common)
+    value = np.array([reading.actual - what.nominal_mm for reading, what in zip(readings, shown, strict=True)])
+    value -= np.array([device.off_mm for device in devices]) * (functional @ wall_share(places))
     return Observed(places, value, u, functional)
+
+
+def with_device_off(observed: Observed, off: Collection[str]) -> Observed:
+    """Returns observations of which some devices, by name, may be off as one that was not calibrated."""
+    places = observed.places
+    mine = np.isin(places.columns["device"].astype(str), list(off))
+    wide = np.where(mine, UNCALIBRATED_MM, places.number("device_u_mm"))
+    return replace(observed, places=Places({**places.columns, "device_u_mm": wide}))
 
 
 _PRESET: Final = "a presetter or a touch-off, with run-out: a hundredth of a millimetre in radius, more in length"
@@ -261,6 +293,10 @@ _ZERO: Final = "a work offset is probed or edged to one or two hundredths of a m
 _PUSHED: Final = "an end mill bends by some micrometres at its tip, away from the wall or into it"
 _MACHINE: Final = "positions and circles of a machining centre: some micrometres (ISO 230-4, ISO 10791-7)"
 _AGAIN: Final = "a part clamped again, minutes of heat: some micrometres"
+IN_COMMON: Final = 0.5
+"""Walls read by a device are out of place alike by this share of a value's uncertainty: on a diameter by as much."""
+UNCALIBRATED_MM: Final = 0.02
+"""A stylus that was changed and not calibrated: hundredths of a millimetre of ball and of travel before it triggers."""
 _SCATTER: Final = "surface and ball of about a micrometre in place"
 
 PRIORS: Final = {
@@ -301,6 +337,7 @@ def milled_catalogue() -> Catalogue:
         Term("turn of the clamping", ("part",), turn_basis, _flat("clamping_turn")),
         Term("size on the part", ("part", "feature"), _constant, _flat("size_part"), tail=TAIL),
         Term("place on the part", ("part", "feature"), shift_basis, _flat("place_part", 3), tail=TAIL),
+        Term("device", ("device",), _read_off, lambda _: np.ones(1)),
     )
     return Catalogue(terms, _repeatability_mm2, PRIORS)
 
@@ -357,6 +394,10 @@ def _deep(places: Places) -> Array:
 
 def _constant(places: Places) -> Array:
     return np.ones((len(places), 1))
+
+
+def _read_off(places: Places) -> Array:
+    return np.asarray(wall_share(places) * places.number("device_u_mm"))[:, None]
 
 
 def _repeatability_mm2(places: Places, sizes: Sizes) -> Array:

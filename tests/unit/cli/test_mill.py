@@ -236,15 +236,25 @@ def test_names_are_found_without_case_and_runs_of_one_part_are_one_part(tmp_path
 
 
 def test_two_devices_that_measured_one_part_are_of_one_part(tmp_path: Path) -> None:
-    """A bore gauge's table beside the measuring machine's file: B0 60 µm larger by the gauge, and named."""
+    """A bore gauge beside the measuring machine: B0 60 µm larger by the gauge, of which either may be off by 30 µm."""
     run("examples", "plate", "-o", tmp_path)
     job = tmp_path / "plate" / "plate.toml"
     (job.parent / "gauge.csv").write_text("feature,serial,diameter_mm\nB0,1,12.021\n")
-    text = job.read_text() + '\n[[measured]]\nfile = "gauge.csv"\nentered = []\n'
+    text = job.read_text().replace('"part-1.dmo"', '"part-1.dmo"\ndevice = "CMM"')
+    text += '\n[[measured]]\nfile = "gauge.csv"\nentered = []\ndevice = "bore gauge"\n'
     job.write_text(text)
-    printed = run("mill", "entries", job)
     found = json.loads(run("mill", "entries", job, "--json"))
     assert found["parts"] == ["1"]
+    off = {one["name"]: one["off_um"] for one in found["devices"]}
+    assert off == {"bore gauge": pytest.approx(-30.0, abs=2.0), "CMM": pytest.approx(30.0, abs=2.0)}
+    assert "'bore gauge' may read all walls -30 ± " in run("mill", "entries", job)
+    # a ring of 25 mm is read right by the measuring machine: the gauge is off, and the radius as without it
+    calibrated = '\n[[device]]\nname = "CMM"\nring = 25.0\nring_measured = 25.0\n'
+    job.write_text(text + calibrated)
+    printed = run("mill", "entries", job)
+    assert "tool 2, radius (D22): add -0.020 mm" in printed and "'CMM'" not in printed
+    job.write_text(text + calibrated + calibrated.replace("CMM", "bore gauge"))
+    printed = run("mill", "entries", job)  # both read it right: the reading is at fault
     assert "B0, diameter: 2 readings on part '1', -39.1 to +21.0 µm, contradict each other" in printed
     assert "tool 2, radius (D22): add -0.020 mm" in printed
 

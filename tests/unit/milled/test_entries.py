@@ -13,7 +13,16 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.milled.entries import Proposal, propose
 from trueloop.milled.entry import Entry, Part, Register
 from trueloop.milled.feature import MilledFeature
-from trueloop.milled.observed import Frame, ObservedSize, by_depth, milled_catalogue, observed_of, places_of, seen
+from trueloop.milled.observed import (
+    Device,
+    Frame,
+    ObservedSize,
+    by_depth,
+    milled_catalogue,
+    observed_of,
+    places_of,
+    seen,
+)
 
 NOISE_MM = 5e-4
 BORE_LIKE = {
@@ -371,6 +380,59 @@ def test_a_number_that_one_reading_shows_is_told() -> None:
     once, twice = (propose("plate", parts[:count], (*POSSIBLE, length)) for count in (1, 2))
     assert length in [one.entry for one in once.proposed]
     assert (once.by_one_reading, twice.by_one_reading) == ({length: "floor, z"}, {})
+
+
+def _by_devices(mill: Mill, probe: Device, gauged: tuple[str, ...] = (), gauge_mm: float = 0.0) -> Part:
+    """Returns a part as a probe reads it whose walls are 20 µm further out than cut, and a bore gauge some bores."""
+    rng, readings = np.random.default_rng(8), list[Reading]()
+    for one in mill.measured(rng, NOISE_MM):
+        wall = {"B": -0.04, "S": 0.04}.get(one.feature[0], 0.0) if one.quantity is Quantity.DIAMETER else 0.0
+        readings.append(replace(one, actual=one.actual + wall))
+        if one.feature in gauged and one.quantity is Quantity.DIAMETER:
+            readings.append(replace(one, actual=one.actual + gauge_mm))
+    shown = [one for one in (seen(FEATURES, Frame(), reading) for reading in readings) if one]
+    by = [Device("gauge") if k and shown[k - 1].name == one.name else probe for k, one in enumerate(shown)]
+    observed = observed_of(shown, readings, ("plate", 0), NOISE_MM, by)
+    return Part("0", tuple(shown), observed, {})
+
+
+def _radii(found: Proposal) -> dict[Entry, float]:
+    return {one.entry: one.change for one in found.proposed if one.entry.register == "radius"}
+
+
+def test_a_probe_that_was_not_calibrated_is_no_error_of_the_tools() -> None:
+    """Bores read 40 µm small and bosses 40 µm large, as both tools 20 µm smaller than set would leave them.
+
+    Without another measurement it may be either: both are named, and the bands hold both. A gauge on two bores tells.
+    """
+    mill = Mill(scatter=5e-4)
+    alone = propose("plate", [_by_devices(mill, Device("probe"))], POSSIBLE)
+    [named] = alone.devices
+    assert named.name == "probe" and 0.05 < named.probability < 0.5 and named.off_mm > 0.01
+    for one in alone.proposed:
+        assert one.entry.register != "radius" or abs(one.change) < 3.5 * one.standard_u
+    gauged = propose("plate", [_by_devices(mill, Device("probe"), ("B0", "B3"))], POSSIBLE)
+    assert gauged.devices[0].name == "probe" and gauged.devices[0].probability > 0.9
+    assert gauged.devices[0].off_mm == pytest.approx(0.02, abs=2e-3) and gauged.contradictory == ()
+    assert _radii(gauged) == {}
+
+
+@pytest.mark.parametrize("own", [0.0, 0.012])
+def test_a_ring_gauge_takes_out_what_the_probe_adds(own: float) -> None:
+    """A ring of 25 mm that the probe reads as 24.96 mm: its walls are 20 µm too far out, on bosses as on bores."""
+    probe = Device("probe", 0.5 * (25.0 - 24.96))
+    mill = Mill({1: 0.0, 2: own}, scatter=5e-4)
+    ring = propose("plate", [_by_devices(mill, probe)], POSSIBLE, calibrated=["probe"])
+    assert ring.devices == ()
+    assert _radii(ring) == ({Entry("radius", "2"): pytest.approx(own, abs=1.5e-3)} if own else {})
+
+
+def test_of_two_devices_the_one_with_which_the_tools_would_be_off_is_named() -> None:
+    """Probe and gauge differ by 20 µm of the wall; both tools are right by the probe, 20 µm larger by the gauge."""
+    mill = Mill({1: 0.02, 2: 0.02}, scatter=5e-4)
+    found = propose("plate", [_by_devices(mill, Device("probe"), ("B0", "B3"))], POSSIBLE)
+    assert found.devices[0].name == "gauge" and found.devices[0].off_mm == pytest.approx(-0.02, abs=2e-3)
+    assert _radii(found) == {}
 
 
 PLATE = frozenset(FEATURES)

@@ -98,12 +98,25 @@ class MeasuredTable(Table):
     """Serial number of the part, if the file holds several; left out, all parts in the file's order."""
     unit: Literal["mm", "inch"] | None = None
     """Unit of a file that does not state it."""
+    device: str | None = None
+    """What measured; left out, the device that the file names, else the kind of file."""
     mapping: Path | None = None
     """What a table's columns mean, see [measurements.md](measurements.md#tables-by-mapping)."""
     entered: tuple[Path, ...] | None = None
     """The record (`entries.json`) whose numbers were entered last before these parts were cut, with which those before
     it are in force; `[]`: none are. Required of all but the first. Several add up.
     """
+
+
+class DeviceTable(Table):
+    """A device that measured a ring gauge."""
+
+    name: str
+    """The device, as `measured.device` or the file names it."""
+    ring: Annotated[Positive, In("`unit`")]
+    """Calibrated diameter of the ring gauge."""
+    ring_measured: Annotated[Positive, In("`unit`")]
+    """The diameter that the device read there. What it is off by is taken out of what it measured."""
 
 
 class MilledLimits(Table):
@@ -136,6 +149,7 @@ class MilledJobFile(Table):
     program: MilledProgramTable | None = None
     tool: tuple[MillToolTable, ...] = ()
     measured: Annotated[tuple[MeasuredTable, ...], Field(min_length=1)]
+    device: tuple[DeviceTable, ...] = ()
     names: dict[str, str] = Field(default_factory=dict)
     """Names in the files, and the job's: `{ CIR1 = "B1" }`."""
     rotation: bool = True
@@ -153,6 +167,8 @@ class MilledJobFile(Table):
             raise ValueError(f"{len(self.tool)} [[tool]] tables have {len(tools)} numbers: describe each tool once")
         if twice := next((one for one in names if names.count(one) > 1), None):
             raise ValueError(f"{names.count(twice)} features are named {twice!r}")
+        if len({table.name for table in self.device}) < len(self.device):
+            raise ValueError(f"{len(self.device)} [[device]] tables have fewer names: state one ring gauge of each")
         for table in self.feature if self.program is None else ():
             if table.tool not in tools:
                 by = "what cuts it" if table.tool is None else f"tool {table.tool}, which no [[tool]] describes"
