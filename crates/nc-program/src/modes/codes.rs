@@ -302,6 +302,9 @@ impl Runner<'_> {
             G::EndRotation => self.set_part(TURNS, None, word),
             G::EndScale => self.set_part(SCALES, None, word),
             G::Plane(plane) => {
+                if modal.plane != plane {
+                    self.state.polar_said = [f64::NAN; 2];
+                }
                 (modal.plane, self.state.pole_plane) = (plane, plane);
                 self.state.xy_is_stated |= plane == Plane::Xy;
             }

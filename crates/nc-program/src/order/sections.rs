@@ -44,6 +44,11 @@ impl Runner<'_> {
             let message = "the number of repetitions is no whole number".into();
             return self.refuse(finding::FLOW, statement.at, message, "write CALL LBL 1 REP 3");
         };
+        if start > statement.block {
+            let message = "REP repeats what lies between its label and its own line, but the label stands behind it";
+            let hint = "write the label before the line, or CALL LBL without REP once for each run";
+            return self.refuse(finding::FLOW, statement.at, message.into(), hint);
+        }
         self.repeat_from(start, times);
     }
 

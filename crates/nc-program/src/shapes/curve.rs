@@ -47,6 +47,7 @@ impl Runner<'_> {
             }
         });
         self.state.pole = pole;
+        self.state.polar_said = [f64::NAN; 2];
         if from == PoleFrom::Coordinates {
             self.state.pole_plane = match [0, 1, 2].map(|axis| words[axis] >= 0) {
                 [true, true, false] => Plane::Xy,
@@ -89,8 +90,10 @@ impl Runner<'_> {
         }
     }
 
-    /// The end of a move given by radius and angle about the pole; what is not given stays as it is: as it was said, where
-    /// the tool still stands there, since a radius below zero lies on the other side of the pole. LinuxCNC 2.9 measures it.
+    /// The end of a move given by radius and angle about the pole; what is not given stays as it is. A Sinumerik keeps what
+    /// was said until the pole or the plane is another; an arc about the pole has its radius from there, too. Others measure
+    /// it, except where the tool still stands where it was said: a radius below zero lies on the other side of the pole.
+    /// LinuxCNC 2.9 measures it in each block.
     pub(crate) fn polar_target(&mut self, request: &Request, end: &mut [f64; 3], words: &mut [i32; 3]) {
         let (first, second, _) = self.state.modal.plane.axes();
         let from = [
@@ -100,11 +103,23 @@ impl Runner<'_> {
         let flow = self.program.dialect().flow;
         let [radius, angle] = self.state.polar_said;
         let off = (from[0] - radius * angle.cos()).hypot(from[1] - radius * angle.sin());
-        let [radius, angle] = match off < 1e-6 && flow != FlowStyle::OWords {
+        let increments = self.state.modal.incremental && flow != FlowStyle::Labels;
+        let counts_on = |letter| match request.any(&[letter]) {
+            true => request.reference(letter).unwrap_or(increments),
+            false => true,
+        };
+        let arc = matches!(self.state.modal.motion, Motion::Clockwise | Motion::Counterclockwise);
+        let keeps = flow == FlowStyle::Structured && !arc;
+        if keeps && (radius.is_nan() && counts_on(POLAR_RADIUS) || angle.is_nan() && counts_on(POLAR_ANGLE)) {
+            let message = "a polar move needs a radius or an angle from before, but the pole or the plane is another since";
+            let word = request.word(POLAR_RADIUS).max(request.word(POLAR_ANGLE));
+            let hint = "write AP and RP, not as increments, in the first move about a pole";
+            self.refuse(finding::MISPLACED, self.word_start(word), message.into(), hint);
+        }
+        let [radius, angle] = match flow != FlowStyle::OWords && (off < 1e-6 || keeps && !off.is_nan()) {
             true => [radius, angle],
             false => [from[0].hypot(from[1]), from[1].atan2(from[0])],
         };
-        let increments = self.state.modal.incremental && flow != FlowStyle::Labels;
         let value = |letter: u8, now: f64, unit: f64| match request.get(letter).map(|value| value * unit) {
             Some(value) if request.reference(letter).unwrap_or(increments) => now + value,
             Some(value) => value,

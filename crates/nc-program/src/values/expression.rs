@@ -325,9 +325,11 @@ impl<'a> Reader<'a> {
         Ok(counted(self.expression(0)?))
     }
 
-    /// The angle of a direction, in degrees; a parameter of the machine says how those below zero are counted.
+    /// The angle of a direction, in degrees; a parameter of the machine says how those below zero are counted. Controls
+    /// with macros know no zero with a sign.
     fn angle(&mut self, y: f64, x: f64, at: usize) -> f64 {
-        let angle = y.atan2(x).to_degrees();
+        let unsigned = |value: f64| if self.dialect.functions == Functions::Macro { value + 0.0 } else { value };
+        let angle = unsigned(y).atan2(unsigned(x)).to_degrees();
         match self.dialect.rules.arc_tangent.filter(|_| angle < 0.0) {
             Some(parameter) => match self.values.get(&Key::named(parameter.name.as_bytes()), at) {
                 0.0 => angle + 360.0,
