@@ -65,6 +65,18 @@ def test_arcs_take_about_the_time_of_lines(tmp_path: Path) -> None:
     assert len(read.chosen().features) == len(contours[0].features) == 2 * count + 2
 
 
+@pytest.mark.parametrize("step_mm", [0.0, 1e-3])
+def test_a_hundred_thousand_lines_that_meet_in_one_place_are_refused_at_once(step_mm: float, tmp_path: Path) -> None:
+    """One line, copied onto itself, and a fan of lines from one point."""
+    fan = [((0.0, 20.0), (50.0, 20.0 + step_mm * k)) for k in range(100_000)]
+    path = drawn(tmp_path / "part.dxf", fan, axis=False)
+    began = time.process_time()
+    refusal = refused(read_dxf, path)
+    seconds = time.process_time() - began
+    assert seconds < LIMIT_S
+    assert refusal.code is Code.GEO_DXF and "lie in the same places" in refusal.message
+
+
 @pytest.mark.parametrize(("lines", "axis", "greatest_mm"), [(ring(), True, 16.0), (hatching(), False, 8.0)])
 def test_thousands_of_lines(lines: list[tuple[XY, XY]], axis: bool, greatest_mm: float, tmp_path: Path) -> None:
     path = drawn(tmp_path / "part.dxf", lines, axis)

@@ -277,9 +277,13 @@ def chains_of(edges: Edges, within_mm: float, path: Path) -> list[Chain]:
         return []
     ends = np.stack([edges.start_mm, edges.end_mm], axis=1).reshape(-1, 2)
     tree = KDTree(ends)
-    near = _nearest(tree, ends, within_mm)
-    others = (near < tree.n) & (near != np.arange(tree.n)[:, None])
-    for end in np.flatnonzero(others.sum(axis=1) > 1):
+    first, meeting = np.unique(ends, axis=0, return_index=True, return_counts=True)[1:]
+    crowded = np.sort(first[meeting > 2])  # a search for the nearest takes n × n at n ends in one place
+    if not len(crowded):
+        near = _nearest(tree, ends, within_mm)
+        others = (near < tree.n) & (near != np.arange(tree.n)[:, None])
+        crowded = np.flatnonzero(others.sum(axis=1) > 1)
+    for end in crowded:
         count = tree.query_ball_point(ends[end], within_mm, return_length=True)
         raise _choice(path, f"{count} ends meet at {place_words(ends[end])}", "leave one way on at every point")
     free = np.flatnonzero(~others.any(axis=1))
