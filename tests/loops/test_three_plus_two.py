@@ -2,24 +2,16 @@
 
 import math
 import re
-from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
-from tests.support.forward_model import ForwardMachine, random_machine
-from tests.support.machined_path import corrected
+from tests.support.forward_model import ForwardMachine
+from tests.support.machined_path import corrected, known_machine, physical
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.correct import Setup
-from trueloop.machine.identify.form import Form, fit_form
-from trueloop.machine.identify.observations import Observations
-from trueloop.machine.model.model import Machine, MachineModel, State
-from trueloop.machine.model.term import PRESETS, chain_of, five_axis_terms, frame_terms
 
-TRAVEL = {"X": (-200.0, 200.0), "Y": (-200.0, 200.0), "Z": (-250.0, 50.0)}
-TRAVEL |= {"A": (-1.2, 0.6), "B": (-1.2, 0.6), "C": (-2.0, 2.0)}
 ZERO, TOOL = (30.0, -20.0, -150.0), (5.0, -8.0, -110.0)
 
 ONCE = """G21 G90 G54
@@ -41,35 +33,6 @@ G1 X35 F100
 Z20
 M30
 """
-
-
-@cache
-def _machine(structure: str, sense: float) -> tuple[MachineModel, ForwardMachine]:
-    """A random machine, and its model from exact readings; `sense` −1: rotary axes turn against ISO 841."""
-    rng, chain = np.random.default_rng(11), chain_of(structure)
-    changed = {a.name: replace(a, travel=TRAVEL[a.name]) for a in chain.axes if a.name in chain.order}
-    changed |= {name: replace(axis, sense=sense) for name, axis in changed.items() if name in "ABC"}
-    chain = chain.with_axes(changed)
-    truth, count = random_machine(PRESETS[structure], TRAVEL, rng), 3000
-    at = {name: rng.uniform(*TRAVEL[name], count) for name in chain.order}
-    tool = rng.uniform([-60, -60, -180], [60, 60, -60], (count, 3))
-    along = rng.normal(0, 1, (count, 3))
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    reading = np.einsum("ni,ni->n", along, truth.error_mm(_physical(at, sense), tool))
-    terms = five_axis_terms(chain)
-    data = Observations(
-        State(chain.positions(at), 0.0, {}, tool),
-        along,
-        reading,
-        np.zeros(count, bool),
-        np.full(count, 1e-4),
-        ("volume",) * count,
-    )
-    return fit_form(Machine(structure, chain), Form(terms, frame=frame_terms(chain, terms)), data)[0].model, truth
-
-
-def _physical(at: dict[str, Array], sense: float) -> dict[str, Array]:
-    return {name: (sense if name in "ABC" else 1.0) * values for name, values in at.items()}
 
 
 def _cuts(source: str, rotary: str) -> list[tuple[Array, Array, bool]]:
@@ -94,7 +57,7 @@ def _in_work(truth: ForwardMachine, rotary: str, sense: float, points: Array, sh
     at = {name: axes[:, k] for k, name in enumerate("XYZ")}
     at |= {name: np.radians(points[:, 3 + k]) for k, name in enumerate(rotary)}
     tool = np.tile([*TOOL, 1.0], (len(points), 1))[:, :, None]
-    seen: Array = (truth.pose(_physical(at, sense), share) @ tool)[:, :3, 0]
+    seen: Array = (truth.pose(physical(at, sense), share) @ tool)[:, :3, 0]
     return seen
 
 
@@ -102,7 +65,7 @@ def _off_um(structure: str, sense: float, source: str, written: str, *, ends: bo
     """Largest distance of starts and ends (or `ends` alone) of straight cuts, as the machine goes, from the lines
     that the program states: as written, and of the program as it was.
     """
-    _, truth = _machine(structure, sense)
+    _, truth = known_machine(structure, sense)
     rotary = "".join(sorted(set(structure[-2:].upper())))
     wanted = [cut for cut in _cuts(source, rotary) if not cut[2]]
     lines = [
@@ -128,7 +91,7 @@ def _to_line(point: Array, start: Array, end: Array) -> float:
 @pytest.mark.parametrize("structure", ["five-axis-table-table-ac", "five-axis-table-table-bc"])
 def test_the_program_itself_positions_the_tables(structure: str, sense: float) -> None:
     """Once, with --at before it, and between cuts: the tool goes where the program states, in the work."""
-    model, _ = _machine(structure, sense)
+    model, _ = known_machine(structure, sense)
     first = structure[-2].upper()
     for source, fixed in ((ONCE, {first: math.radians(-30), "C": math.radians(45)}), (BETWEEN, {})):
         text = source.replace("A", first)
@@ -140,7 +103,7 @@ def test_the_program_itself_positions_the_tables(structure: str, sense: float) -
 
 def test_where_the_axes_stand_before_the_program_positions_them() -> None:
     """It is --at's until a word states it; without either the first move is refused, not taken to be at 0."""
-    model, _ = _machine("five-axis-table-table-ac", 1.0)
+    model, _ = known_machine("five-axis-table-table-ac", 1.0)
     text = "G21 G90 G54\nG0 X0 Y0 Z20\nG1 Z5 F100\nG0 Z50\nA-30\nG1 X10 F100\n"
     fixed = {"A": math.radians(10), "C": math.radians(45)}
     written = corrected(text, model, Setup({1: ZERO}, {-1: TOOL}, fixed=fixed))
@@ -182,7 +145,7 @@ SINUMERIK = "G71 G90 G54\nG0 A0 C0\nG0 X0 Y0 Z20\nG1 Z5 F100\nG0 Z30\n"
     ],
 )
 def test_what_linear_words_do_not_follow_is_refused_by_name(dialect: str, text: str, words: str) -> None:
-    model, _ = _machine("five-axis-table-table-ac", 1.0)
+    model, _ = known_machine("five-axis-table-table-ac", 1.0)
     setup = Setup({1: ZERO}, {-1: TOOL}, fixed={"A": 0.0, "C": 0.0})
     with pytest.raises(TrueloopError, match=words) as refused:
         corrected(text, model, setup, dialect=dialect)
@@ -190,7 +153,7 @@ def test_what_linear_words_do_not_follow_is_refused_by_name(dialect: str, text: 
 
 
 def test_a_head_that_the_program_turns_is_refused() -> None:
-    model, _ = _machine("five-axis-head-table-bc", 1.0)
+    model, _ = known_machine("five-axis-head-table-bc", 1.0)
     text = "G21 G90 G54\nG0 B0 C0\nX0 Y0 Z20\nG1 Z5 F100\nG0 Z20\nB10\nG1 X5\n"
     with pytest.raises(TrueloopError, match="B turns the tool") as refused:
         corrected(text, model, Setup({1: ZERO}, {-1: TOOL}))

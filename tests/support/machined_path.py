@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -10,13 +11,17 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tests.support.exact_kinematics import exact_error_of
+from tests.support.forward_model import ForwardMachine, random_machine
 from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.arrays import Array
 from trueloop.domain.option import MapOptions
 from trueloop.domain.record import MARK
 from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.machine.correct import Setup, compensation_field
-from trueloop.machine.model.model import MachineModel, State
+from trueloop.machine.identify.form import Form, fit_form
+from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.term import PRESETS, chain_of, five_axis_terms, frame_terms
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
 
@@ -116,3 +121,37 @@ def distances_mm(wanted: Array, found: Array) -> Array:
 
 def rms(values: Array | Sequence[float]) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+TRAVEL = {"X": (-200.0, 200.0), "Y": (-200.0, 200.0), "Z": (-250.0, 50.0)}
+TRAVEL |= {"A": (-1.2, 0.6), "B": (-1.2, 0.6), "C": (-2.0, 2.0)}
+
+
+@cache
+def known_machine(structure: str, sense: float) -> tuple[MachineModel, ForwardMachine]:
+    """A random machine, and its model from exact readings; `sense` −1: rotary axes turn against ISO 841."""
+    rng, chain = np.random.default_rng(11), chain_of(structure)
+    changed = {a.name: replace(a, travel=TRAVEL[a.name]) for a in chain.axes if a.name in chain.order}
+    changed |= {name: replace(axis, sense=sense) for name, axis in changed.items() if name in "ABC"}
+    chain = chain.with_axes(changed)
+    truth, count = random_machine(PRESETS[structure], TRAVEL, rng), 3000
+    at = {name: rng.uniform(*TRAVEL[name], count) for name in chain.order}
+    tool = rng.uniform([-60, -60, -180], [60, 60, -60], (count, 3))
+    along = rng.normal(0, 1, (count, 3))
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    reading = np.einsum("ni,ni->n", along, truth.error_mm(physical(at, sense), tool))
+    terms = five_axis_terms(chain)
+    data = Observations(
+        State(chain.positions(at), 0.0, {}, tool),
+        along,
+        reading,
+        np.zeros(count, bool),
+        np.full(count, 1e-4),
+        ("volume",) * count,
+    )
+    return fit_form(Machine(structure, chain), Form(terms, frame=frame_terms(chain, terms)), data)[0].model, truth
+
+
+def physical(at: dict[str, Array], sense: float) -> dict[str, Array]:
+    """Positions by ISO 841 of a machine whose rotary axes turn in that sense."""
+    return {name: (sense if name in "ABC" else 1.0) * values for name, values in at.items()}

@@ -122,7 +122,7 @@ pub fn inserted(program: &Program, block: usize, word: &[u8]) -> (usize, Vec<u8>
 /// Where a letter's word is written: behind N, codes and the letters before it (true), else before all; and the space
 /// that goes between.
 fn place(program: &Program, block: usize, letter: u8) -> (usize, bool, &'static [u8]) {
-    const ORDER: &[u8] = b"NGXUYVZWRIJK";
+    const ORDER: &[u8] = b"NGXUYVZWABCRIJKF";
     let rank = |letter: u8| ORDER.iter().position(|known| *known == letter);
     let (words, mine) = (program.words_of(block), rank(letter));
     let named = words.iter().find(|word| word.kind == WordKind::Name).map(|word| word.start);

@@ -164,6 +164,14 @@ class InMachine:
             metavar="A=V",
         ),
     ] = None
+    tool_point: Annotated[
+        bool | None,
+        option(
+            "Tool point control is in force at the start.  [default: no; a LinuxCNC program that turns axes in cuts "
+            "has to state it]",
+            "--tool-point/--no-tool-point",
+        ),
+    ] = None
     temperatures: Temperatures = None
     zeroed_s: Annotated[
         float | None,
@@ -193,6 +201,7 @@ class InMachine:
             table=tables.tools if self.offsets_file else None,
             zero_signals=None if self.zeroed_s is None else signals_of(model, self.temperatures, self.zeroed_s),
             reference_mm=parameters_of(self.reference, "--reference"),
+            tool_point=self.tool_point,
         )
 
 

@@ -588,6 +588,8 @@ def print_mapped(file: Path, out: Path, done: "Mapped") -> None:
             "  hint: rough with the uncorrected program then, and finish with this one",
             err=True,
         )
+    for note in done.notes:
+        typer.echo(f"{file}: note MCH-PROGRAM: {note}", err=True)
     beside = f", beside it {', '.join(done.called)}" if done.called else ""
     typer.echo(f"written: {out}{beside}, record {done.record}")
 

@@ -417,7 +417,8 @@ class Setup:
     control's tool table, where it is given: a tool that is not in `tool_mm` has its point at minus the offset that the
     program brings into force, because machine = program + work zero + offset. `zero_signals` are those of the moment
     when the work zero was set, where what had drifted by then lies in it. `reference_mm`: where axes stand in the
-    machine at the start and after a return to the reference point (G28), by their names.
+    machine at the start and after a return to the reference point (G28), by their names. `tool_point`: whether tool
+    point control is in force at the program's start; None: it is off, and a LinuxCNC program has to state it itself.
 
     >>> setup = trueloop.Setup({1: (250.0, 0.0, -150.0)}, signals={"T1": 25.0})
     >>> setup.tool_mm[-1]  # every tool: its point is at the frame of the last axis
@@ -431,6 +432,7 @@ class Setup:
     table: Sequence[CutterTool] | None = None
     zero_signals: Signals | None = None
     reference_mm: Mapping[str, float] = field(default_factory=dict)
+    tool_point: bool | None = None
 
 
 def references_mm(model: MachineModel, setup: Setup) -> dict[str, float]:
@@ -545,7 +547,7 @@ def _displacement(model: MachineModel, setup: Setup, extrapolate: Collection[str
         for k in np.flatnonzero((cuts[:, None] & (travel >= FROM_REFERENCE) & (ways == 0.0)).any(axis=0)):
             unknown = cuts & (travel[:, k] >= FROM_REFERENCE) & (ways[:, k] == 0.0)
             forth, back = (np.where(np.arange(3) == k, way, ways) for way in (1.0, -1.0))
-            _require_way(AXES[k], np.abs(along(forth, unknown) - along(back, unknown)).max())
+            require_way(AXES[k], np.abs(along(forth, unknown) - along(back, unknown)).max())
         return along(ways, np.ones(len(axes), dtype=bool))
 
     return displace
@@ -565,7 +567,7 @@ def _ways_of_travel(travel: Array, axes_mm: Array, references_mm: Mapping[str, f
     return ways
 
 
-def _require_way(axis: str, backlash_mm: float) -> None:
+def require_way(axis: str, backlash_mm: float) -> None:
     """Refuses a cut (MCH-FRAME) at a place to which an axis may have come from either side, with its backlash there."""
     if backlash_mm > UNKNOWN_WAY_MM:
         raise Code.MCH_FRAME.refusal(

@@ -1,5 +1,6 @@
 """A program file of any size to a displaced one: read and written as it comes, with a record beside it."""
 
+import math
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -15,11 +16,13 @@ from trueloop.formats.input_file import FilePath, readable, require_text
 from trueloop.formats.outputs import Output, write_all, written_as_it_comes
 from trueloop.formats.record_file import record_beside
 from trueloop.jobs.user import user_name
-from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces, marked, obstacles
+from trueloop.loops.machine.five_axis import PoseCorrection, correct_five_axis
+from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces, marked, obstacles, survey_of
 from trueloop.loops.machine.program import (
     CorrectedPoints,
     correct_points,
     field_of_model,
+    model_in_force,
     record_of,
     record_of_field,
     record_of_points,
@@ -28,9 +31,10 @@ from trueloop.machine.correct import Setup
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.standards import PlanarField
 from trueloop.nc.field import Field
+from trueloop.nc.five_axis import ROTARY, FiveAxisPath, five_axis_path, may_turn_in_cut
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.guess import guess_dialect
-from trueloop.nc.program.program import Program
+from trueloop.nc.program.program import Program, read_program
 
 
 def write_corrected_points(
@@ -224,6 +228,7 @@ def compensate_program(
 ) -> Mapped:
     """Writes `source` to `target` with COMP_MTG of the model, at the set-up's temperatures, in every position.
 
+    A program that turns rotary axes in its cuts, or controls the tool point, gets the tool's axis corrected as well.
     The record is written beside it, as STEM.record.json. Raises what placing the program in the machine raises
     (MCH-FRAME, MCH-TRAVEL, MCH-RANGE) and what `map_program` does; nothing is written then.
 
@@ -243,6 +248,17 @@ def compensate_program(
         made = record_of(source.name, done, model.model, sha256, setup, options, parameters or {}, datetime.now(UTC))
         return replace(made, made_by=user_name())
 
+    path = _five_axis_path(source, model.model, setup, options, dialect, parameters or {})
+    if path is not None:
+        with in_file(source):
+            known, identity = model_in_force(model.model, sha256, setup)
+            named = {letter for move in path.moves for letter in move.words}
+            turning = [name for name in known.machine.chain.order if name in ROTARY and name in named]
+            correction = PoseCorrection(known, setup, turning, extrapolate)
+            written, done = correct_five_axis(path, correction, identity, options, parameters or {})
+        files = [(target.name, written), record_beside(target, record(done))]
+        write_all(target.parent, files, inputs=(source, model.file, *inputs))
+        return done
     return map_program(
         source,
         target,
@@ -253,3 +269,31 @@ def compensate_program(
         inputs=(model.file, *inputs),
         record=record,
     )
+
+
+def _five_axis_path(
+    source: Path,
+    model: MachineModel,
+    setup: Setup,
+    options: MapOptions,
+    dialect: str | None,
+    parameters: Mapping[str, float],
+) -> FiveAxisPath | None:
+    """Returns the moves of a program that turns rotary axes of the machine in its cuts or controls the tool point; None
+    of any other, and of one that calls programs in other files.
+    """
+    rotary = [name for name in model.machine.chain.order if name in ROTARY]
+    known = dialect_named(dialect or _dialect_of(source)).name
+    if not rotary or _with_called(source, known).called:
+        return None
+    with in_file(source):
+        if not survey_of(lines_of(source), known).rotary:
+            return None
+        program = read_program(b"".join(lines_of(source)), known, str(source), options.unit, options.decimals)
+        if not may_turn_in_cut(program):
+            return None
+        stands = {name: math.degrees(setup.fixed.get(name, math.nan)) for name in rotary}
+        path = five_axis_path(
+            program, parameters, stands, skipped_blocks=options.skipped_blocks, tool_point=setup.tool_point
+        )
+    return path if path.turns_in_cut else None

@@ -187,7 +187,7 @@ class Mapped:
     """The result of mapping. `not_run` blocks have coordinates that stay as they were: skipped, or in a branch not
     taken.
 
-    `called`: the files of programs that it calls, which are mapped with it.
+    `called`: the files of programs that it calls, which are mapped with it. `notes`: what the correction leaves.
     `turns_back_line` is where a contour that is roughed as well does not run on any more; 0 where none does so.
     `unit`: the one in force at the first length, and what says so; see `trueloop.nc.program.unit`.
     """
@@ -205,6 +205,7 @@ class Mapped:
     unit: dict[str, str]
     turns_back_line: int = 0
     called: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def mapped_pieces(

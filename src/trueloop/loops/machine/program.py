@@ -57,9 +57,17 @@ def field_of_model(model: MachineModel, sha256: str, setup: Setup, extrapolate: 
     Raises MCH-OFFERED for a refined model that was not accepted, MCH-FRAME, MCH-TRAVEL and MCH-RANGE at positions that
     the model does not know.
     """
+    known, identity = model_in_force(model, sha256, setup)
+    return compensation_field(known, setup, identity, extrapolate)
+
+
+def model_in_force(model: MachineModel, sha256: str, setup: Setup) -> tuple[MachineModel, dict[str, object]]:
+    """Returns the model, of which `sha256` is the hash, as it holds since the work zero was set, and what identifies it
+    in a corrected program. Raises MCH-OFFERED for a refined model that was not accepted.
+    """
     require_in_force(model, sha256)
     known = model if setup.zero_signals is None else zeroed_at(model, setup.zero_signals)
-    return compensation_field(known, setup, _provenance(model, setup, sha256), extrapolate)
+    return known, _provenance(model, setup, sha256)
 
 
 def record_of(
@@ -127,6 +135,7 @@ def _provenance(model: MachineModel, setup: Setup, model_sha256: str) -> dict[st
         "tool_mm": {str(number): list(tool) for number, tool in setup.tool_mm.items()},
         **({"reference_mm": references} if (references := references_mm(model, setup)) else {}),
         **({} if setup.zero_signals is None else {"temperatures_at_zero": means(setup.zero_signals)}),
+        **({} if setup.tool_point is None else {"tool_point": setup.tool_point}),
         **({} if setup.table is None else {"tools": [list(row) for row in tool_rows(setup.table)]}),
     }
 
