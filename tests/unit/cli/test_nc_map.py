@@ -54,6 +54,17 @@ def test_a_dry_run_lists_all_obstacles_with_line_and_code(tmp_path: Path) -> Non
     assert f"{program}:5:1: NC-FLOW" in first
 
 
+def test_a_dry_run_lists_all_errors_of_a_program_whose_chamfers_would_be_written_out(tmp_path: Path) -> None:
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G99\nG0 X40. Z2.\nG1 X20. F0.1\nX#501\nX30. ,C1.\nZ-30.\nM98 P77\nX5025\nM30\n")
+    shown = invoke(
+        "nc", "map", program, "-d", "fanuc-lathe", "--scale", "1.001", "--dry-run", status=ExitStatus.FINDINGS
+    ).stdout
+    places = re.findall(rf"^{re.escape(str(program))}:(\d+):\d+: ([A-Z-]+): ", shown, re.M)
+    assert places == [("4", "NC-PARAMETER"), ("7", "NC-FLOW"), ("8", "NC-PARAMETER")], shown
+    assert json.loads(invoke("nc", "check", program, "-d", "fanuc-lathe", "--json").stdout)["obstacles_to_map"] == 3
+
+
 @pytest.mark.parametrize(
     ("block", "count"),
     [("G0 X0 Y0 Z5.\nG1 X30. F100\nG92 X0\n", 1), ("G0 X0 Y0 Z5.\nG1 X30. F100\n", 0), ("G1 X30. F100\nY5.\n", 1)],

@@ -27,7 +27,7 @@ from trueloop.nc.program.called import tool_rows
 from trueloop.nc.program.dialect import Dialect, dialect_named
 from trueloop.nc.program.program import Program, Unit, contradicted, no_parameter, read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath
-from trueloop.nc.program.understood import require_sound
+from trueloop.nc.program.understood import errors_in, require_sound
 from trueloop.nc.program.unit import unit_told
 
 _SHAPING: Final = re.compile(
@@ -240,7 +240,8 @@ def obstacles(
     """Returns everything for which `mapped_pieces` would refuse the program, in the order of its lines.
 
     After a block that is refused the next ones are looked at as if it had been displaced. Of a program that was
-    corrected before that alone is returned.
+    corrected before that alone is returned; of one whose shapes cannot be written out, since it cannot be run, all
+    errors of running it.
     """
     try:
         survey = survey_of(source(), dialect)
@@ -251,13 +252,24 @@ def obstacles(
     mapper.gather()
     try:
         text = _text(source, survey, field, options, parameters)
+    except TrueloopError as refused:
+        program = read_program(b"".join(source()), dialect, None, options.unit)
+        path = program.run(parameters, skipped_blocks=options.skipped_blocks, strict=False)
+        errors = [error.as_error() for error in errors_in(path)]
+        told = any((error.code, error.place.line) == (refused.code, refused.place.line) for error in errors)
+        return _by_line([*found, *errors, *([] if told else [refused])])
+    try:
         for _ in _displaced(mapper, text):
             pass
         found += [_obstacle(text, *obstacle) for obstacle in mapper.obstacles()]
         _require_agreed(mapper, text, options.unit)
     except TrueloopError as refused:
         found.append(refused)
-    return sorted(found, key=lambda error: (error.place.line or 0, error.place.column or 0))
+    return _by_line(found)
+
+
+def _by_line(errors: Iterable[TrueloopError]) -> list[TrueloopError]:
+    return sorted(errors, key=lambda error: (error.place.line or 0, error.place.column or 0))
 
 
 def _obstacle(text: "_Text", told: tuple[str, str, str, int, int], raised: BaseException | None) -> TrueloopError:

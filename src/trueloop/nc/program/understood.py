@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Integers
-from trueloop.errors import Code, Place, Severity, Unseen
+from trueloop.errors import Code, Finding, Place, Severity, Unseen
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 
@@ -36,9 +36,14 @@ FROM_OUTSIDE: Final = frozenset({Code.NC_PARAMETER, Code.NC_EXPRESSION, Code.NC_
 
 def require_sound(path: ToolPath, apart_from: Collection[Code] = ()) -> None:
     """Raises the first error of a program that was run: what the control refuses must not be made into what it runs."""
-    errors = (found for found in path.findings if found.severity is Severity.ERROR and found.code not in apart_from)
-    for found in sorted(errors, key=lambda error: (error.place.line or 0, error.place.column or 0)):
+    for found in errors_in(path, apart_from):
         raise found.as_error()
+
+
+def errors_in(path: ToolPath, apart_from: Collection[Code] = ()) -> list[Finding]:
+    """Returns the errors of a program that was run, in the order of its lines."""
+    errors = (found for found in path.findings if found.severity is Severity.ERROR and found.code not in apart_from)
+    return sorted(errors, key=lambda error: (error.place.line or 0, error.place.column or 0))
 
 
 def require_unit(path: ToolPath) -> None:
