@@ -14,6 +14,7 @@ by b leave them.
 The medians are from milling in general, chosen before any measured part was looked at.
 """
 
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -378,6 +379,14 @@ def turn_basis(places: Places) -> Array:
 
 def _flat(size: str, count: int = 1) -> Callable[[Sizes], Array]:
     return lambda sizes: np.full(count, sizes[size])
+
+
+def with_scales(sizes: Sizes) -> dict[str, float]:
+    """Returns sizes with scales of Student's distribution, √((ν − 2)/ν) times the standard deviation, of what each
+    feature of each part is off by: so the next part, which nothing has shown yet, scatters as those before it did.
+    """
+    scale = math.sqrt((TAIL - 2.0) / TAIL)
+    return {**sizes, **{name: scale * sizes[name] for name in ("size_part", "place_part")}}
 
 
 def _wall(places: Places) -> Array:

@@ -215,14 +215,17 @@ def test_a_machine_that_only_scatters_is_left_alone() -> None:
     assert max((abs(one.change) for few in typed for one in few), default=0.0) <= 2e-3
 
 
-def test_bands_hold_what_they_promise_of_the_next_part() -> None:
-    """Thirty machines, errors drawn flat and not from the priors: the fifth part by the four before, 95 %."""
+@pytest.mark.parametrize(("scatter", "clamped", "uneven"), [(1.5e-3, 3e-3, 3e-3), (1e-3, 5e-4, 1e-3)])
+def test_bands_hold_what_they_promise_of_the_next_part(scatter: float, clamped: float, uneven: float) -> None:
+    """Thirty machines, errors drawn flat and not from the priors: the fifth part by the four before, 95 %; also in a
+    shop that is quieter than milling in general, where bands had held 99.5 %.
+    """
     rng = np.random.default_rng(7)
     inside = list[bool]()
     for number in range(30):
         radius, length, x, y, turn = rng.uniform(-1.0, 1.0, 5) * (0.02, 0.04, 0.04, 0.04, 4e-4)
         mill = Mill({1: -radius, 2: radius}, {1: length, 2: 0.0}, (x, y, 0.0), turn)
-        mill.scatter, mill.clamped, mill.uneven, mill.seed = 1.5e-3, 3e-3, 3e-3, number
+        mill.scatter, mill.clamped, mill.uneven, mill.seed = scatter, clamped, uneven, number
         *made, fifth = (as_part(mill.measured(rng, NOISE_MM), k, {}) for k in range(5))
         expected = {one.seen.name: one.unchanged for one in propose("plate", made, POSSIBLE).expected}
         for one, value in zip(fifth.shown, fifth.observed.value_mm, strict=True):
