@@ -11,7 +11,7 @@ from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.in_force import in_force, ways_of
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.report.turned.summary import offset_words
+from trueloop.report.turned.summary import offset_words, to_run
 from trueloop.turned.options import By
 
 JOB = """[part]
@@ -115,7 +115,8 @@ def test_an_offset_that_is_not_in_force_is_not_changed(tmp_path: Path, dialect: 
         if by == "offset":  # the program shifts its contour by itself
             shifted = compensate(asked)
             assert (b"ATRANS" if dialect == "siemens" else b"G52") in shifted.corrected_program
-            assert shifted.wear.tool == 0 and shifted.wear.blocks == ()
+            assert shifted.wear.tool == 0 and shifted.wear.blocks == () and shifted.by_tool is None
+            assert "not to be entered" in offset_words(shifted) and "enter" not in to_run(shifted)
             assert any("would move nothing" in note for note in shifted.notes)
             assert ways_of(shifted.record) == (Ran.OFFSETS,)
             with pytest.raises(TrueloopError, match="is carried out by \"offsets\", not by 'wear'") as refused:

@@ -397,8 +397,11 @@ def _by_tool(
     wear: WearOffset,
     tools: ContourTools,
 ) -> ByTool | None:
-    """Returns each tool's offset; before any T word that of the tool which gets one. None: none can carry it."""
-    if inputs.machine is not None or inputs.no_offset:
+    """Returns each tool's offset; before any T word that of the tool which gets one. None: none can carry it, as where
+    the program shifts its contour by itself because a number entered at the control would move nothing.
+    """
+    cannot = inputs.no_offset or not_in_force(inputs.program, matched.path, matched.cuts[0].move)
+    if inputs.machine is not None or cannot:
         return None
     cut_by = [number or wear.tool for number in tools.cut_by]
     weight, others = inputs.options.weight, [number for number in tools.others if number != wear.tool]

@@ -63,7 +63,7 @@ def to_run(correction: Correction, say: Texts = ENGLISH) -> str:
     program, joint = esc(correction.name_to_run), bool(correction.joint_name)
     if correction.recommended is Ran.WEAR:
         return say("Enter the tool offset, and run <code>{program}</code> as it is.", program=program)
-    if correction.recommended is Ran.OFFSETS:
+    if correction.recommended is Ran.OFFSETS and correction.by_tool is not None:
         return say(
             "Run <code>{program}</code>; or enter the tool offset instead and run <code>{given}</code> as it is.",
             program=program,
