@@ -214,3 +214,24 @@ def test_the_holes_of_a_shops_program_are_where_the_field_wants_them(corpus: Pat
         moved = before[:, [0, 1, height]] * INCH_MM
         wanted = (moved + field.displacement_mm(moved)) / INCH_MM
         assert after[:, [0, 1, height]] == pytest.approx(wanted, abs=0.00005 + 1e-9)
+
+
+TAPPED = "G17 G71 G90 G94 S200\nG0 X100 Y10 Z5\nG331 Z-12 K1.5\nG332 Z5 K1.5\nM30\n"
+TAPPED_ON_A_LATHE = "G18 G71 DIAMOF G90 G95 S200\nG0 X100 Z5\nG331 Z-12 K1.5\nG332 Z5 K1.5\nM30\n"
+
+
+def test_a_tap_keeps_its_place_along_its_axis(tmp_path: Path) -> None:
+    """At X 100 the bottom -12 is -12 + 0.01 - 0.012, the start 5 + 0.01 + 0.005."""
+    assert body(tmp_path, TAPPED, "siemens")[1:4] == [
+        "G0 X100.0100 Y10 Z5.0150",
+        "G331 Z-12.0020 K1.5",
+        "G332 Z5.0150 K1.5",
+    ]
+
+
+@pytest.mark.parametrize("text", [TAPPED, TAPPED_ON_A_LATHE])
+def test_a_tap_that_the_field_would_lead_aside_is_refused(tmp_path: Path, text: str) -> None:
+    """Over 17 mm of depth X changes by 1e-3 of it; it was tapped askew."""
+    leaning = function_field(lambda p: np.column_stack([1e-3 * p[:, 2], 0 * p[:, 0], 0 * p[:, 0]]), "leaning")
+    with pytest.raises(TrueloopError, match=r"a tap would be led 17\.0 µm aside"):
+        mapped(tmp_path, text, leaning, "siemens")

@@ -147,6 +147,7 @@ impl<'a> Writer<'a> {
         let is_set = pole.map_or(Ok(true), |(arc, centre)| self.set_pole(&here, arc, centre))?;
         let from = self.edits.len();
         let mut before = sum(&self.path.start[index], &self.carried);
+        self.require_straight_tap(&here, &before, pieces)?;
         let live = self.live(&here, before, pieces, &course.standing)?;
         let first = pieces.first().filter(|_| !course.arrives());
         first.map_or(Ok(()), |first| self.require_begun(&here, &before, first))?;

@@ -1,6 +1,8 @@
 //! What cannot be written, and why.
 
 use super::{Axis, Here, Writer};
+use crate::field::Vector;
+use crate::pieces::Piece;
 use crate::refusal::Refused;
 use crate::value::takes_terms;
 use nc_program::{FeedMode, MoveKind, Word, WordKind};
@@ -33,6 +35,26 @@ impl Writer<'_> {
             return Ok(());
         };
         Err(self.indivisible(here, &why))
+    }
+
+    /// A tap turns along its own axis: refuses a thread along the tool's axis, or of G331 and G332 along one, that the
+    /// field would lead aside.
+    pub(super) fn require_straight_tap(&self, here: &Here, before: &Vector, pieces: &[Piece]) -> Result<(), Refused> {
+        let (_, _, third) = here.state.plane.axes();
+        let is_tap = |word: &Word| word.letter == b'G' && (word.value == 331.0 || word.value == 332.0);
+        let mut named = (0..3).filter(|axis| self.path.words[here.index][*axis] >= 0);
+        let (Some(along), None, Some(last)) = (named.next(), named.next(), pieces.last()) else { return Ok(()) };
+        if self.path.kind[here.index] != MoveKind::Thread || along != third && !here.words.iter().any(is_tap) {
+            return Ok(());
+        }
+        let aside = (0..3).filter(|axis| *axis != along).map(|axis| (last.end[axis] - before[axis]).abs());
+        let aside = aside.fold(0.0, f64::max);
+        if aside <= self.tolerance_mm + here.step.unit * here.state.mm() {
+            return Ok(());
+        }
+        let message = format!("a tap would be led {:.1} µm aside over its depth", aside * 1e3);
+        let hint = "a tap keeps its place along its axis: give a field that is even along it there";
+        Err(Refused::block(self.block_start(here.block), message, hint))
     }
 
     pub(super) fn indivisible(&self, here: &Here, what: &str) -> Refused {

@@ -111,7 +111,8 @@ impl Runner<'_> {
         let arc = matches!(self.state.modal.motion, Motion::Clockwise | Motion::Counterclockwise);
         let keeps = flow == FlowStyle::Structured && !arc;
         if keeps && (radius.is_nan() && counts_on(POLAR_RADIUS) || angle.is_nan() && counts_on(POLAR_ANGLE)) {
-            let message = "a polar move needs a radius or an angle from before, but the pole or the plane is another since";
+            let message =
+                "a polar move needs a radius or an angle from before, but the pole or the plane is another since";
             let word = request.word(POLAR_RADIUS).max(request.word(POLAR_ANGLE));
             let hint = "write AP and RP, not as increments, in the first move about a pole";
             self.refuse(finding::MISPLACED, self.word_start(word), message.into(), hint);
