@@ -11,12 +11,13 @@ import pytest
 
 from tests.loops.test_cut_with import FIRST, SECOND, correct
 from tests.support.cli import run
+from tests.support.records import TURNED
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import BothInspections, Inspection, MachineStood, Reading
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.proposal import ModelDecision
-from trueloop.domain.record import ProgramText
+from trueloop.domain.record import Correction, ProgramText
 from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
@@ -223,6 +224,19 @@ def test_what_was_in_force_stands_by_its_hash_and_what_is_not_known_is_said() ->
         "the edge that cut is not known",
         "correction c1 is not in the store",
     ]
+
+
+def test_the_machine_s_model_of_the_correction_that_cut_is_known_to_have_been_in_force() -> None:
+    model = "b" * 64
+    inputs = {"job.toml": "0" * 64, "model.json": model}
+    record = replace(TURNED, inputs_sha256=inputs, options={"machine": {"model": model}}, tool_offset=None)
+    cut = replace(_cut(), correction=record.id)
+    shown = certified(inspected(JOURNAL), cut, Correction(record, {}, None), ModelDecision(model, "accepted", "K", AT))
+    assert [(one.identity, one.words) for one in shown.in_force if one.what == "model"] == [
+        (model, "accepted by K at 2026-03-01 08:00")
+    ]
+    assert [one.words for one in shown.in_force if one.what == "input of the correction"] == ["job.toml"]
+    assert shown.missing == []
 
 
 def test_an_inspection_by_a_named_device_is_not_said_to_be_of_the_machine() -> None:
