@@ -10,7 +10,7 @@ import difflib
 import os
 import re
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Final
@@ -67,7 +67,7 @@ class Wording(str):
     values: Mapping[str, object]
 
 
-def wording(template: str, **values: object) -> Wording:
+def wording(template: str, /, **values: object) -> Wording:
     """The text of a template.
 
     >>> from trueloop.wording import Um, wording
@@ -78,6 +78,39 @@ def wording(template: str, **values: object) -> Wording:
     said = Wording(template.format_map(values))
     said.template, said.values = template, values
     return said
+
+
+@dataclass(frozen=True)
+class Worded:
+    """A wording as a value that travels between processes."""
+
+    template: str
+    values: Mapping[str, object]
+
+    @classmethod
+    def of(cls, text: str) -> "str | Worded":
+        """Makes it of a wording and of those among its values; other texts stay."""
+        if not isinstance(text, Wording):
+            return text
+        return cls(
+            text.template, {name: cls.of(one) if isinstance(one, str) else one for name, one in text.values.items()}
+        )
+
+    def text(self) -> Wording:
+        """Returns the wording."""
+        template = self.template
+        return wording(
+            template, **{name: one.text() if isinstance(one, Worded) else one for name, one in self.values.items()}
+        )
+
+
+def changed(text: str, change: Callable[[str], str]) -> str:
+    """Returns a text with each of its texts changed; a wording stays one."""
+    if not isinstance(text, Wording):
+        return change(text)
+    values = {name: changed(one, change) if isinstance(one, str) else one for name, one in text.values.items()}
+    template = text.template
+    return wording(template, **values)
 
 
 def listed(texts: Sequence[str]) -> str:

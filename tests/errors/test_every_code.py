@@ -18,6 +18,8 @@ from scripts.error_page import page
 from tests.errors.expected import kept, words
 from trueloop.cli.terminal import as_dict
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.report.texts.texts import Texts
+from trueloop.wording import Wording
 
 AREAS = sorted(file.stem for file in Path(__file__).parent.glob("test_*.py") if file != Path(__file__))
 PRODUCERS: list[tuple[str, Code, Callable[[], object]]] = [
@@ -26,6 +28,27 @@ PRODUCERS: list[tuple[str, Code, Callable[[], object]]] = [
     for code, produce in importlib.import_module(f"tests.errors.{area}").PRODUCERS.items()
 ]
 SOURCE = Path(__file__).parents[2] / "src"
+READ_BY_PEOPLE = (
+    *(Code.CMP_ALLOWANCE, Code.CMP_CUT_WITH, Code.CMP_SCATTER, Code.CMP_SIZE, Code.CMP_STOCK, Code.CMP_TWICE),
+    *(Code.FAC_ALARM, Code.FAC_ARM, Code.FAC_HELD, Code.FAC_ORDERED, Code.FAC_PLAN, Code.FAC_RELEASE, Code.FAC_ROLE),
+    *(Code.FAC_STALE, Code.FAC_STATE, Code.FAC_UNKNOWN, Code.GEO_AXIS, Code.GEO_DXF_CHOICE, Code.GEO_DXF_UNIT),
+    *(Code.GEO_NOSE, Code.MIL_CONTRADICTED, Code.MIL_CORNER, Code.MIL_CUT, Code.MIL_ENTRY, Code.MIL_LARGE),
+    *(Code.MIL_NOMINAL, Code.MIL_NONE, Code.MIL_NOT_CUT, Code.MSR_FEATURE, Code.MSR_FORMAT),
+    *(Code.MSR_NOMINAL, Code.MSR_NUMBER, Code.MSR_OLD, Code.NC_AMBIGUOUS, Code.NC_BORE, Code.NC_NO_TOOL, Code.NC_TOOLS),
+    *(
+        Code.SET_DATUM,
+        Code.SET_EDGE,
+        Code.SET_FEATURE,
+        Code.SET_MIRROR,
+        Code.SRV_ACCOUNT,
+        Code.SRV_DELAY,
+        Code.SRV_FILE,
+    ),
+    *(Code.SRV_INTERNAL, Code.SRV_KEYS, Code.SRV_LARGE, Code.SRV_LOGIN, Code.SRV_PASSWORD, Code.SRV_ROLE),
+    *(Code.SRV_SIGN_IN, Code.SRV_STALE, Code.SRV_UNKNOWN, Code.STO_CLOCK, Code.STO_OTHER_PART, Code.STO_STAGE),
+    *(Code.STO_UNIT, Code.TOL_FIT, Code.TOL_SIZE, Code.TOL_TEXT),
+)
+"""What people at the pages bring about; every other code that pages meet has its meaning in German."""
 NUMBER = re.compile(r"(?<![\w.])[+-]?(?:\d+\.?\d*|inf|nan)(?:e[+-]?\d+)?")
 UNITS = ("um", "mm", "deg", "h", "s", "um_per_mm", "mm_per_min")
 NUMBER_OR_QUOTED = re.compile(r"\d|'[^']+'|\"[^\"]+\"|`[^`]+`")
@@ -77,6 +100,17 @@ def test_the_complaint_names_code_values_hint_and_place_and_carries_the_values_i
         assert f"hint: {said.hint}" in str(said)
         assert said.override is None or said.override in str(said)
     _carries_what_it_prints(code, said)
+
+
+@pytest.mark.parametrize("code", READ_BY_PEOPLE)
+def test_a_german_page_states_it_in_german_with_the_values(code: Code) -> None:
+    """Of those that a mistyped value or a wrong click brings about, all is said; of others the meaning of the code."""
+    (produce, *_) = [produce for _, one, produce in PRODUCERS if one is code]
+    said, say = complaint(code, produce), Texts("de")
+    text = say.refusal(code.meaning, said.message)
+    assert isinstance(said.message, Wording) and text != said.message and "{" not in text
+    values = [said.message.values[name] for name in said.message.values]
+    assert all(f"{value}" in text for value in values if isinstance(value, int))
 
 
 def _carries_what_it_prints(code: Code, said: TrueloopError | Finding) -> None:

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
 from io import StringIO
 from itertools import pairwise
@@ -70,6 +71,21 @@ def measured(values: Mapping[str, str] = READ, **stated: Any) -> dict[str, Any]:
         "expanded_uncertainty_um": 4.0,
         **stated,
     }
+
+
+def test_a_german_reader_is_refused_in_german(service: Running) -> None:
+    """Also what a process apart refuses; by `Accept-Language`, as the pages send it, or by the address."""
+    german = replace(service.signed_in("operator"), headers={"Accept-Language": "de"})
+    said = correction(german, part_of(german), measured({**READ, "cylinder-3 a": "1.1817"}))
+    assert problem(said) == "MSR-NOMINAL"
+    assert said.json()["detail"].startswith("'cylinder-3 a' ist 1,1817 mm, Nennmaß 30: Kein Fehler eines Schnitts")
+    assert said.json()["hint"].startswith("Die Messwerte eines anderen Teils")
+    asked, otto = {**part_of(german), "dialect": None}, service.signed_in("operator")
+    untold = "das Programm sagt nicht, für welche Steuerung es ist"
+    for caller, query, text in ((german, {}, untold), (otto, {"language": "de"}, untold), (otto, {}, "does not tell")):
+        assert text in caller.post("by-hand/part", asked, params=query).json()["problem"]["said"]
+    assert "passen nicht zusammen" in german.post("session", {"name": "otto", "password": "no"}).json()["detail"]
+    assert german.get("parts/99/life").json()["detail"].startswith("Teil '99' gibt es nicht")
 
 
 def corrected(caller: Caller, part: dict[str, Any], readings: dict[str, Any], **query: str) -> dict[str, Any]:

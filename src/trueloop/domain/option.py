@@ -15,6 +15,7 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, TypeAlias, get_ar
 
 from trueloop.errors import Code
 from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 
 class Unit(NamedTuple):
@@ -167,9 +168,14 @@ def check_scatter(scatter_mm: float, limits: Limits, cause: str = "") -> None:
     """
     if scatter_mm > limits.scatter_mm:
         raise Code.CMP_SCATTER.refusal(
-            f"the touches scatter by {scatter_mm * UM_PER_MM:.1f} µm (one standard deviation) about what was fitted; "
-            f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm{f'; {cause}' if cause else ''}",
-            hint="look for a bad touch, a loose probe or chatter: what does not repeat cannot be corrected",
+            wording(
+                "the touches scatter by {scatter} (one standard deviation) about what was fitted; the limit is "
+                "{limit}{cause}",
+                scatter=Um(scatter_mm),
+                limit=Um(limits.scatter_mm),
+                cause=f"; {cause}" if cause else "",
+            ),
+            hint=wording("look for a bad touch, a loose probe or chatter: what does not repeat cannot be corrected"),
             override=allowed_by("scatter_mm"),
             values={"scatter_um": scatter_mm * UM_PER_MM, "limit_um": limits.scatter_mm * UM_PER_MM},
         )

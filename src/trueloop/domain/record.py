@@ -251,7 +251,7 @@ def check_uncorrected(source: bytes, what: str = "program") -> None:
         line = source.count(b"\n", 0, position) + 1
         comment = source[position:].split(b"\n", 1)[0].decode("latin-1").strip()
         raise Code.CMP_TWICE.refusal(
-            f"this {what} is corrected already: {comment!r}",
+            wording("this {what} is corrected already: {comment!r}", what=what, comment=comment),
             hint=f"correct the {what} that it was made from; its hash stands in the record of that id",
             place=Place(line=line),
             values={"comment": comment},

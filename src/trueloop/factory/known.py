@@ -10,6 +10,7 @@ from pydantic import PlainSerializer
 from trueloop.domain.factory import Block, BlockKind, PartState, Run, StepState, WorkOrder
 from trueloop.domain.part import Part
 from trueloop.errors import Code, TrueloopError
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ class OrderNow:
         """Returns the row of that number. Raises FAC-UNKNOWN."""
         found = next((part_now for part_now in self.parts if part_now.row == row), None)
         if found is None:
-            raise unknown("part", str(row), f"order {self.order.id!r} has {len(self.parts)} parts")
+            raise unknown(wording("part"), str(row), f"order {self.order.id!r} has {len(self.parts)} parts")
         return found
 
     def block(self, step: int) -> Block:
@@ -103,7 +104,7 @@ class OrderNow:
         """Returns the row of that number. Raises FAC-UNKNOWN."""
         steps = self.part(row).steps
         if not 0 <= no < len(steps):
-            raise unknown("step", str(no), f"the route has {len(steps)} steps, counted from 0")
+            raise unknown(wording("step"), str(no), f"the route has {len(steps)} steps, counted from 0")
         return steps[no]
 
     def with_part(self, part: PartNow) -> "OrderNow":
@@ -125,8 +126,8 @@ def _state(parts: tuple[PartNow, ...]) -> str:
 def unknown(what: str, name: str, why: str) -> TrueloopError:
     """Returns the error FAC-UNKNOWN."""
     return Code.FAC_UNKNOWN.refusal(
-        f"there is no {what} {name!r}: {why}",
-        hint="look it up in the list; another may have changed it meanwhile",
+        wording("there is no {what} {name!r}: {why}", what=what, name=name, why=why),
+        hint=wording("look it up in the list; another may have changed it meanwhile"),
         values={"what": what, "name": name},
     )
 

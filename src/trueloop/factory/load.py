@@ -33,6 +33,7 @@ from trueloop.storage.factory_tables import (
 from trueloop.storage.kinds import joined, kind_of, searchable
 from trueloop.storage.reading import Query, found
 from trueloop.storage.schema import TABLES
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def order_of(reader: StoreReader, order_id: str) -> OrderNow:
     state = reader.connection.execute(select(ORDER_STATE).where(ORDER_STATE.c.order == order_id)).one_or_none()
     order: WorkOrder | None = reader.first(WorkOrder, order_id)
     if order is None or state is None:
-        raise unknown("order", order_id, "the store has none of that id")
+        raise unknown(wording("order"), order_id, wording("the store has none of that id"))
     steps: dict[int, list[StepNow]] = {}
     for one in reader.rows(select(STEP).where(STEP.c.order == order_id).order_by(STEP.c.part, STEP.c.no)):
         steps.setdefault(one.part, []).append(step_now(one))

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from trueloop.domain.factory import Block, Conditions, RunFact
 from trueloop.errors import Code
+from trueloop.wording import wording
 
 
 class Role(StrEnum):
@@ -281,8 +282,13 @@ def require_role(request: Request, by: By) -> None:
     """Requires that a person may do what is requested. Raises FAC-ROLE."""
     if not allowed(by.role, type(request)):
         raise Code.FAC_ROLE.refusal(
-            f"{by.name!r} has the role {by.role.value!r}; this needs {request.needs.value!r}",
-            hint="ask an account with that role, or an administrator for it",
+            wording(
+                "{by!r} has the role {role!r}; this needs {needs!r}",
+                by=by.name,
+                role=by.role.value,
+                needs=request.needs.value,
+            ),
+            hint=wording("ask an account with that role, or an administrator for it"),
             values={"role": by.role.value, "needed": request.needs.value},
         )
 

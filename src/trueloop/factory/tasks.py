@@ -17,6 +17,7 @@ from trueloop.factory.known import unknown
 from trueloop.storage.engines import AWAY
 from trueloop.storage.factory_tables import TASK, stamp
 from trueloop.storage.store import Store
+from trueloop.wording import wording
 
 LEASE_S: Final = 60.0
 MOST_TRIES: Final = 3
@@ -74,7 +75,7 @@ def task_of(store: Store, number: int) -> Task:
     with store.reading() as connection:
         row = connection.execute(select(TASK).where(TASK.c.id == number)).one_or_none()
     if row is None:
-        raise unknown("task", str(number), "the store has none of that number")
+        raise unknown(wording("task"), str(number), wording("the store has none of that number"))
     return _task(row)
 
 
@@ -112,7 +113,7 @@ def run_task(store: Store, runners: Mapping[str, Runner], worker: str, clock: Cl
     working = Working(store, task, worker, clock)
     try:
         if task.kind not in runners:
-            raise unknown("task", task.kind, f"known are {', '.join(sorted(runners))}")
+            raise unknown(wording("task"), task.kind, f"known are {', '.join(sorted(runners))}")
         result = runners[task.kind](store, task, working)
     except TrueloopError as refused:
         if refused.code in AWAY:

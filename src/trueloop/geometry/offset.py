@@ -14,6 +14,7 @@ from trueloop.geometry.curve_building import moved_out, part_of
 from trueloop.geometry.feature import Arc, Feature, Point, distance_mm
 from trueloop.geometry.intersection import crossings, intersections
 from trueloop.geometry.profile import Junction, JunctionKind, Profile, junctions_of
+from trueloop.wording import wording
 
 RUNS_TOGETHER_RAD: Final = 0.02
 """Features whose directions differ by less may be joined without an intersection: at the mean of their offset ends,
@@ -171,18 +172,23 @@ def _point(xz: Array) -> Point:
 def _require_radius(nose_radius_mm: float) -> None:
     if not (math.isfinite(nose_radius_mm) and nose_radius_mm >= 0):
         raise Code.GEO_NOSE.refusal(
-            f"nose radius {nose_radius_mm} mm",
-            hint="give the nose radius in mm, zero or more",
+            wording("nose radius {r} {mm}", r=nose_radius_mm, mm="mm"),
+            hint=wording("give the nose radius in mm, zero or more"),
             values={"nose_radius_mm": nose_radius_mm},
         )
 
 
 def _too_tight(feature: Arc | Curve, radius_mm: float, distance_mm: float) -> TrueloopError:
-    least = "a radius" if isinstance(feature, Arc) else "a least radius of curvature"
+    least = wording("a radius") if isinstance(feature, Arc) else wording("a least radius of curvature")
     return Code.GEO_NOSE.refusal(
-        f"'{feature.name}' has {least} of {radius_mm:.4f} mm, not larger than the nose radius of "
-        f"{abs(distance_mm):.4f} mm",
-        hint="draw a sharp corner where the nose itself is to leave the fillet, or use a smaller nose",
+        wording(
+            "'{feature}' has {least} of {radius_mm:.4f} mm, not larger than the nose radius of {distance_mm:.4f} mm",
+            feature=feature.name,
+            least=least,
+            radius_mm=radius_mm,
+            distance_mm=abs(distance_mm),
+        ),
+        hint=wording("draw a sharp corner where the nose itself is to leave the fillet, or use a smaller nose"),
         values={"nose_radius_mm": abs(distance_mm)},
     )
 

@@ -14,6 +14,7 @@ from trueloop.geometry.feature import Arc, Feature, Point
 from trueloop.geometry.intersection import crossings
 from trueloop.geometry.offset import RUNS_TOGETHER_RAD
 from trueloop.geometry.profile import JunctionKind, Profile, Side, junctions_of
+from trueloop.wording import wording
 
 GAP_MM: Final = 1e-3
 """Ends that lie closer meet: coordinates rounded to 1e-5 in or 1e-3 mm are not a gap, a drawing's slip is."""
@@ -85,8 +86,10 @@ def _require_feature(feature: Feature, gap_mm: float) -> None:
         _require_arc(feature, gap_mm)
     if (lowest := _lowest_x_mm(feature)) < -gap_mm:
         raise Code.GEO_AXIS.refusal(
-            f"'{feature.name}' reaches x = {lowest:.4f} mm, beyond the spindle axis",
-            hint="end the profile at x = 0; x is a radius, positive on the side that is turned",
+            wording(
+                "'{feature}' reaches x = {lowest:.4f} mm, beyond the spindle axis", feature=feature.name, lowest=lowest
+            ),
+            hint=wording("end the profile at x = 0; x is a radius, positive on the side that is turned"),
             values={"feature": feature.name, "x_mm": lowest},
         )
 

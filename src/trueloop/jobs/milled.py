@@ -26,7 +26,7 @@ from trueloop.milled.feature import MilledFeature
 from trueloop.milled.observed import Device, Frame, by_depth, observed_of, require_not_exchanged, seen
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.units import MM_PER_INCH, UM_PER_MM
-from trueloop.wording import first_of
+from trueloop.wording import first_of, wording
 
 RECORD: Final = "entries.json"
 Changes: TypeAlias = dict[str, Entered]
@@ -195,7 +195,13 @@ def entries_for_next_part(job: MilledJob) -> Proposal:
         if abs(entry.change) * scale > limit:
             key = "limits.turn_urad" if turn else "limits.entry_um"
             raise Code.MIL_ENTRY.refusal(
-                f"{entry.entry.words} would change by {entry.change * scale:+.0f} {unit}, the limit is {limit:g}",
+                wording(
+                    "{entry} would change by {change:+.0f} {unit}, the limit is {limit:g}",
+                    entry=entry.entry.words,
+                    change=entry.change * scale,
+                    unit=unit,
+                    limit=limit,
+                ),
                 hint="look at the readings first: a wrong work offset, an exchanged tool or features under names of "
                 "others look like this",
                 place=Place(str(job.path)),
@@ -303,8 +309,13 @@ def _part(
         measured_names = sorted({reading.feature for reading in readings})[:20]
         unknown = [one for one in readings if one.quantity is Quantity.OTHER and one.feature in features]
         raise Code.MIL_NONE.refusal(
-            f"none of {len(readings)} readings of part {serial!r} is a size or coordinate of a feature of the job; the "
-            f"file's features are {', '.join(map(repr, measured_names)) or 'not named'}",
+            wording(
+                "none of {n} readings of part {serial!r} is a size or coordinate of a feature of the job; the "
+                "file's features are {names}",
+                n=len(readings),
+                serial=serial,
+                names=", ".join(map(repr, measured_names)) or "not named",
+            ),
             hint="state what they are the sizes of, by a column of quantities or in the heading of the values: "
             f"{unknown[0].characteristic!r} names none of `Ø`, `Diameter`, `Length`, `X` …"
             if unknown
@@ -316,8 +327,13 @@ def _part(
         off_um = (reading.actual - what.nominal_mm) * UM_PER_MM
         if abs(off_um) > job.limits.deviation_um:
             raise Code.MIL_LARGE.refusal(
-                f"{what.name} of part {serial!r} deviates by {off_um:+.0f} µm, the limit is "
-                f"{job.limits.deviation_um:g} µm",
+                wording(
+                    "{name} of part {serial!r} deviates by {off_um:+.0f} µm, the limit is {limit_um:g} µm",
+                    name=what.name,
+                    serial=serial,
+                    off_um=off_um,
+                    limit_um=job.limits.deviation_um,
+                ),
                 hint="look whether it is that feature: a bore taken for a boss, another work offset or unit, a chip",
                 override="a larger `limits.deviation_um` in the job",
                 values={"name": what.name, "deviation_um": off_um, "limit_um": job.limits.deviation_um},

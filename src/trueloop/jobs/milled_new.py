@@ -31,6 +31,7 @@ from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.understood import require_known_frame, require_sound, require_understood, require_unit
 from trueloop.units import MM_PER_INCH
+from trueloop.wording import wording
 
 REGISTER_OF: Final[Mapping[str, Literal["radius", "diameter"]]] = {"linuxcnc": "diameter", "heidenhain": "radius"}
 """The quantity that a register of the cutter holds, where all controls of a dialect hold one and the same."""
@@ -67,8 +68,14 @@ class CutFeatures:
             own = "of a radius that is not stated" if cutter is None else f"of radius {cutter:g} mm"
             asked = "" if cutter is not None else f"state `cutter_radius` of tool {tool} in its [[tool]], or "
             raise Code.MIL_CORNER.refusal(
-                f"tool {tool}, {own}, would be entered {total_mm:+.3f} mm larger, and its contour has an inside corner "
-                f"of radius {corner:g} mm, into which it would not fit",
+                wording(
+                    "tool {tool}, {own}, would be entered {total_mm:+.3f} mm larger, and its contour has an inside "
+                    "corner of radius {corner:g} mm, into which it would not fit",
+                    tool=tool,
+                    own=own,
+                    total_mm=total_mm,
+                    corner=corner,
+                ),
                 hint=f"{asked}give the pocket a larger corner radius or a smaller tool",
                 values={"tool": tool, "corner_mm": corner},
             )

@@ -15,6 +15,7 @@ from trueloop.geometry.feature import Point
 from trueloop.milled.feature import ALONG, INSIDE, ROUND, MilledFeature, Side
 from trueloop.milled.passes import MATCH_MM, SAME_MM, Called, Passes, Touch
 from trueloop.nc.program.called import offset_name, offset_number
+from trueloop.wording import wording
 
 NEAR_MM: Final = 1.0
 """A contour that lies so near a wall is meant to be that wall."""
@@ -340,7 +341,15 @@ class CutBy:
         near = min(beside, key=lambda touch: abs(touch.gap_mm), default=None)
         nearest = "" if near is None else f"; the nearest, {self._words(near)}, is {near.gap_mm:+.3f} mm from the wall"
         return Code.MIL_NOT_CUT.refusal(
-            f"no pass of the program cuts {feature.name}, a {feature.kind} at x {x:g}, y {y:g}, z {z:g} mm{nearest}",
+            wording(
+                "no pass of the program cuts {feature}, a {kind} at x {x:g}, y {y:g}, z {z:g} mm{nearest}",
+                feature=feature.name,
+                kind=feature.kind,
+                x=x,
+                y=y,
+                z=z,
+                nearest=nearest,
+            ),
             hint="correct its place and size, state `cutter_radius` in a [[tool]] where D holds wear alone, or state "
             "`tool` and `work_offset` where another program cuts it",
             values={"feature": feature.name},
@@ -349,7 +358,7 @@ class CutBy:
 
 def _cut(feature: MilledFeature, why: str, hint: str, touches: Sequence[Touch]) -> TrueloopError:
     return Code.MIL_CUT.refusal(
-        f"what cuts {feature.name} is not plain: {why}",
+        wording("what cuts {feature} is not plain: {why}", feature=feature.name, why=why),
         hint=hint,
         place=Place(line=touches[-1].line),
         values={"feature": feature.name},

@@ -37,6 +37,7 @@ from trueloop.milled.observed import (
     with_device_off,
 )
 from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
 
 Register: TypeAlias = Literal["radius", "length", "x", "y", "z", "turn"]
 
@@ -323,8 +324,16 @@ def _contradicted(part: Part, slips: Sequence[tuple[_Slip, _Seen]]) -> Exception
     off, u = seen.share * slip.moved[entry] * scale, seen.u * abs(slip.moved[entry]) * scale
     how = f", {_as_if(slips)}" if slip.words else ""
     return Code.MIL_CONTRADICTED.refusal(
-        f"part {part.serial!r} is off by {off:+.0f} {unit} in {entry.words} from what earlier parts and the numbers "
-        f"stated as entered predict, with a standard uncertainty of {u:.1f} {unit}{how}",
+        wording(
+            "part {serial!r} is off by {off:+.0f} {unit} in {entry} from what earlier parts and the numbers stated "
+            "as entered predict, with a standard uncertainty of {u:.1f} {unit}{how}",
+            serial=part.serial,
+            off=off,
+            unit=unit,
+            entry=entry.words,
+            u=u,
+            how=how,
+        ),
         hint="correct `measured.entered` of that part; where a tool or a work offset was set anew in between, leave "
         "out the parts measured before",
         values={"part": part.serial, "entry": entry.words, "off": off, "u": u},

@@ -31,6 +31,7 @@ from trueloop.estimate.sizes import FAR
 from trueloop.estimate.state import Key
 from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
 from trueloop.milled.feature import PAIRS, MilledFeature
+from trueloop.wording import wording
 
 Features: TypeAlias = Mapping[str, MilledFeature]
 
@@ -101,7 +102,12 @@ def seen(features: Features, frame: Frame, reading: Reading) -> ObservedSize | N
         return None
     if reading.nominal is not None and abs(reading.nominal - found.nominal_mm) > DIFFERENT_MM:
         raise Code.MIL_NOMINAL.refusal(
-            f"{found.name}: the file's nominal value is {reading.nominal:g} mm, the job's {found.nominal_mm:g} mm",
+            wording(
+                "{name}: the file's nominal value is {nominal:g} mm, the job's {nominal_mm:g} mm",
+                name=found.name,
+                nominal=reading.nominal,
+                nominal_mm=found.nominal_mm,
+            ),
             hint=f"correct the feature {feature.name!r} in the job, or the name that the file gives to it: "
             "the table [names]",
             values={"feature": feature.name, "nominal_mm": reading.nominal, "job_mm": found.nominal_mm},
@@ -116,8 +122,14 @@ def require_not_exchanged(used: Sequence[tuple[Reading, ObservedSize]]) -> None:
     if len(other) > 1 and all(abs(reading.actual - what.nominal_mm) <= EXACT_MM for reading, what in used):
         what, nominal = other[0]
         raise Code.MIL_NOMINAL.refusal(
-            f"{what.name}: the file's nominal value is {nominal:g} mm, the job's {what.nominal_mm:g} mm, as all "
-            f"{len(used)} actual values are the job's nominal ones",
+            wording(
+                "{name}: the file's nominal value is {nominal:g} mm, the job's {nominal_mm:g} mm, as all {n} "
+                "actual values are the job's nominal ones",
+                name=what.name,
+                nominal=nominal,
+                nominal_mm=what.nominal_mm,
+                n=len(used),
+            ),
             hint="are nominal and actual values exchanged? Of a table name the columns: `trueloop measure map FILE "
             "--column nominal=HEADING --column actual=HEADING`",
             values={"feature": what.features[0].name, "nominal_mm": nominal, "job_mm": what.nominal_mm},

@@ -9,6 +9,7 @@ from typing import Final
 
 from trueloop.errors import Code
 from trueloop.server.identity.who import ROLES, Role, Who
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -130,8 +131,8 @@ def require(access: Access, who: Who) -> None:
     if who.person and (access.role is None or ROLES.index(who.role) < ROLES.index(access.role)):
         needed = access.role or access.key or "admin"
         raise Code.SRV_ROLE.refusal(
-            f"{who.name!r} has the role {who.role!r}; this needs {needed!r}",
-            hint="ask somebody with that role, or an administrator for it",
+            wording("{who!r} has the role {role!r}; this needs {needed!r}", who=who.name, role=who.role, needed=needed),
+            hint=wording("ask somebody with that role, or an administrator for it"),
             values={"role": who.role, "needed": needed},
         )
 

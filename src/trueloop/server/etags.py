@@ -38,8 +38,15 @@ def tag(response: Response, etag: str) -> None:
     response.headers["ETag"] = f'"{etag}"'
 
 
-def _texts(language: Language = "en", unit: LengthUnit = "mm") -> Texts:
-    return Texts(language, unit)
+def reader_of(request: Request) -> Texts:
+    """Returns the language and the unit of who asks: those of the address, else the language of `Accept-Language`."""
+    language = request.query_params.get("language") or request.headers.get("accept-language", "")
+    unit: LengthUnit = "inch" if request.query_params.get("unit") == "inch" else "mm"
+    return Texts("de" if language.lower().startswith("de") else "en", unit)
+
+
+def _texts(request: Request, language: Language | None = None, unit: LengthUnit = "mm") -> Texts:
+    return Texts(language or reader_of(request).language, unit)
 
 
 Say = Annotated[Texts, Depends(_texts)]

@@ -15,10 +15,13 @@ from typing import Any, Final
 from weakref import WeakKeyDictionary
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.server.etags import reader_of
 from trueloop.server.problems import answer_of, unexpected
 from trueloop.server.settings import Settings, log
+from trueloop.wording import wording
 
 
 class Figures:
@@ -103,7 +106,7 @@ class Gates:
         except Exception as error:
             if status:
                 raise
-            await answer_of(unexpected(error))(scope, receive, sent)
+            await answer_of(unexpected(error), reader_of(Request(scope)))(scope, receive, sent)
         finally:
             took_s = time.monotonic() - begun
             self.figures.count(scope, status, took_s)
@@ -127,7 +130,7 @@ class Gates:
             bounded = _Bounded(receive, limit, self.settings.limits.body_s)
             await self.app(scope, bounded.receive, send)
         except TrueloopError as error:
-            answer = answer_of(error)
+            answer = answer_of(error, reader_of(Request(scope)))
             if error.code is Code.SRV_LARGE:
                 answer.headers["Connection"] = "close"  # the rest of the body is not read
             await answer(scope, receive, send)
@@ -179,8 +182,8 @@ def require_host(settings: Settings, host: str) -> None:
 def too_large(limit: int, why: str) -> TrueloopError:
     """Makes the error SRV-LARGE."""
     return Code.SRV_LARGE.refusal(
-        f"the request is too large: {why}; {limit} bytes are taken at this address",
-        hint="send less at once",
+        wording("the request is too large: {why}; {limit} bytes are taken at this address", why=why, limit=limit),
+        hint=wording("send less at once"),
         values={"limit_bytes": float(limit)},
     )
 

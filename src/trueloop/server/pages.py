@@ -8,8 +8,10 @@ from typing import Final
 from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, HTMLResponse, Response
 
+from trueloop.server.etags import reader_of
 from trueloop.server.problems import answer_of, nothing
 from trueloop.server.settings import Settings
+from trueloop.wording import wording
 
 NONCE: Final = "__NONCE__"
 """Stands in index.html wherever the answer's nonce belongs."""
@@ -80,7 +82,7 @@ def install(app: FastAPI, settings: Settings) -> None:
     def page(path: str, request: Request) -> Response:
         """Answers with a file, by its whole name among those there are: no name is put together to a path."""
         if path.startswith("api/"):
-            return answer_of(nothing("address", f"/{path}"))
+            return answer_of(nothing(wording("address"), f"/{path}"), reader_of(request))
         found = names.get(path)
         if found is not None and path != "index.html":
             lasting = "public, max-age=31536000, immutable" if path.startswith("assets/") else "no-cache"
@@ -89,7 +91,7 @@ def install(app: FastAPI, settings: Settings) -> None:
                 found, media_type=media, headers={"Cache-Control": lasting, "Content-Security-Policy": FILE_POLICY}
             )
         if "." in path.rpartition("/")[2]:
-            return answer_of(nothing("file", f"/{path}"))
+            return answer_of(nothing(wording("file"), f"/{path}"), reader_of(request))
         file = names.get("index.html")
         nonce = secrets.token_urlsafe(16)
         text = _NOT_BUILT if file is None else file.read_text(encoding="utf-8").replace(NONCE, nonce)

@@ -16,8 +16,11 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.report.texts.texts import Texts
+from trueloop.server.etags import reader_of
 from trueloop.server.settings import log
 from trueloop.storage.engines import AWAY
+from trueloop.wording import wording
 
 _STATUS: Final[Mapping[str, int]] = {
     "SRV-SIGN-IN": 401,
@@ -67,8 +70,8 @@ def status_of(code: Code) -> int:
     return _STATUS.get(code.value, 409 if code.startswith("FAC-") else 422)
 
 
-def answer_of(error: TrueloopError) -> Response:
-    """Converts a refusal to an answer."""
+def answer_of(error: TrueloopError, say: Texts) -> Response:
+    """Converts a refusal to an answer in the language of who asks."""
     status = status_of(error.code)
     headers = {}
     if error.code is Code.SRV_DELAY:
@@ -82,8 +85,8 @@ def answer_of(error: TrueloopError) -> Response:
         "title": error.code.meaning,
         "status": status,
         "code": error.code.value,
-        "detail": error.message,
-        "hint": error.hint,
+        "detail": say.refusal(error.code.meaning, error.message),
+        "hint": say.note(error.hint),
         "values": error.json_values,
         "override": error.override,
     }
@@ -98,7 +101,9 @@ def refused_request(why: str, hint: str = "the shapes stand in /api/v1/openapi.j
 def nothing(what: str, name: str) -> TrueloopError:
     """Makes the error SRV-UNKNOWN."""
     return Code.SRV_UNKNOWN.refusal(
-        f"there is no {what} {name!r}", hint="look it up in the list", values={"name": name}
+        wording("there is no {what} {name!r}", what=what, name=name),
+        hint=wording("look it up in the list"),
+        values={"name": name},
     )
 
 
@@ -113,8 +118,8 @@ def unexpected(error: Exception, number: str = "") -> TrueloopError:
     number = number or secrets.token_hex(4)
     log("fault", number=number, error=f"{type(error).__name__}: {error}", where=_where(error))
     return Code.SRV_INTERNAL.refusal(
-        f"the service failed at this; fault {number} in its log",
-        hint="this is a fault of trueloop: report what the log says",
+        wording("the service failed at this; fault {number} in its log", number=number),
+        hint=wording("this is a fault of trueloop: report what the log says"),
         values={"number": number},
     )
 
@@ -123,17 +128,18 @@ def install(app: FastAPI) -> None:
     """Makes every refusal of an app a problem."""
 
     @app.exception_handler(TrueloopError)
-    async def of_ours(_: Request, error: TrueloopError) -> Response:
-        return answer_of(error)
+    async def of_ours(request: Request, error: TrueloopError) -> Response:
+        return answer_of(error, reader_of(request))
 
     @app.exception_handler(RequestValidationError)
-    async def of_shape(_: Request, error: RequestValidationError) -> Response:
-        return answer_of(refused_request(f"the request does not fit: {_said(error.errors())}"))
+    async def of_shape(request: Request, error: RequestValidationError) -> Response:
+        why = wording("the request does not fit: {why}", why=_said(error.errors()))
+        return answer_of(refused_request(why), reader_of(request))
 
     @app.exception_handler(HTTPException)
     async def of_framework(request: Request, error: HTTPException) -> Response:
         name = request.method if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED else request.url.path
-        answer = answer_of(of_status(error.status_code, name))
+        answer = answer_of(of_status(error.status_code, name), reader_of(request))
         answer.headers.update(error.headers or {})
         return answer
 
@@ -142,8 +148,8 @@ def install(app: FastAPI) -> None:
         return Response(status_code=HUNG_UP)
 
     @app.exception_handler(Exception)
-    async def of_fault(_: Request, error: Exception) -> Response:
-        return answer_of(unexpected(error))
+    async def of_fault(request: Request, error: Exception) -> Response:
+        return answer_of(unexpected(error), reader_of(request))
 
 
 def _said(errors: Sequence[Any]) -> str:

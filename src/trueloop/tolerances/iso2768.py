@@ -12,6 +12,7 @@ from typing import Final
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code
+from trueloop.wording import wording
 
 NAME: Final = re.compile(r"(?:DIN\s*)?(?:EN\s*)?(?:ISO\s*)?2768\s*(?:-\s*1)?\s*[-\s:]?\s*([fmcv])([HKL]?)")
 LEAST_MM: Final = 0.5
@@ -58,8 +59,13 @@ def deviation(name: str, quantity: Quantity, nominal: float, edge: Edge) -> floa
     of_size = row[bisect_left(bounds, nominal)] if inside else None
     if of_size is None or quantity not in (Quantity.DIAMETER, Quantity.LENGTH, Quantity.RADIUS):
         raise Code.TOL_SIZE.refusal(
-            f"{name} has no tolerance for a {quantity} of {nominal:.4f} mm",
-            hint="state the tolerance of this size by itself: ISO 2768-1 begins at 0.5 mm and ends at 4000 mm",
+            wording(
+                "{name} has no tolerance for a {quantity} of {nominal:.4f} mm",
+                name=name,
+                quantity=quantity,
+                nominal=nominal,
+            ),
+            hint=wording("state the tolerance of this size by itself: ISO 2768-1 begins at 0.5 mm and ends at 4000 mm"),
             values={"tolerance": name, "nominal_mm": nominal},
         )
     return of_size

@@ -17,6 +17,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, TrueloopError
 from trueloop.tolerances import iso2768
 from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
 
 MAIN_MM: Final = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500, 630, 800, 1000, 1250, 1600, 2000, 2500, 3150)
 """Upper bounds of the main ranges."""
@@ -159,8 +160,8 @@ def deviations_mm(tolerance_class: str, nominal_mm: float) -> tuple[float, float
     found = CLASS.fullmatch(tolerance_class.strip())
     if found is None or found[1].lower() not in LETTERS or found[2] not in GRADES:
         raise Code.TOL_FIT.refusal(
-            f"{tolerance_class!r} is not a tolerance class of ISO 286",
-            hint="letters are a to zc of shafts and A to ZC of holes, grades 01 and 0 to 18: h6, js7, H7",
+            wording("{tolerance_class!r} is not a tolerance class of ISO 286", tolerance_class=tolerance_class),
+            hint=wording("letters are a to zc of shafts and A to ZC of holes, grades 01 and 0 to 18: h6, js7, H7"),
             values={"tolerance": tolerance_class},
         )
     letter, grade = found[1], found[2]
@@ -223,7 +224,12 @@ def _delta_um(grade: int, nominal_mm: float) -> float:
 
 def _not_there(tolerance_class: str, nominal_mm: float, why: str) -> TrueloopError:
     return Code.TOL_SIZE.refusal(
-        f"ISO 286 has no {tolerance_class} at {nominal_mm:.4f} mm: {why}",
+        wording(
+            "ISO 286 has no {tolerance_class} at {nominal_mm:.4f} mm: {why}",
+            tolerance_class=tolerance_class,
+            nominal_mm=nominal_mm,
+            why=why,
+        ),
         hint="give the limits, or `characteristic.nominal` as the drawing has it",
         values={"tolerance": tolerance_class, "nominal_mm": nominal_mm},
     )
@@ -242,7 +248,7 @@ SIZED: Final = re.compile(rf"(?:[Øø⌀Φφ]?\s*{NUMBER}\s*)?([A-Za-z]{{1,2}}\s
 WIDTH: Final = re.compile(NUMBER)
 SIZES: Final = (Quantity.DIAMETER, Quantity.LENGTH, Quantity.RADIUS)
 SAME_MM: Final = 1e-6
-HINT: Final = (
+HINT: Final = wording(
     'write "±0.02", "+0.01/-0.02", a class such as "h6", "ISO 2768-m", or "0.01" of a form; or give the limits'
 )
 
@@ -272,7 +278,12 @@ def _deviations(text: str, nominal: float, quantity: Quantity, edge_of: iso2768.
         raise unread(text)
     if sized[1] is not None and abs(_number(sized[1]) * scale - nominal) > SAME_MM:
         raise Code.TOL_SIZE.refusal(
-            f"the tolerance {text!r} is of {_number(sized[1]) * scale:.4f} mm, the nominal is {nominal:.4f} mm",
+            wording(
+                "the tolerance {tolerance!r} is of {size:.4f} mm, the nominal is {nominal:.4f} mm",
+                tolerance=text,
+                size=_number(sized[1]) * scale,
+                nominal=nominal,
+            ),
             hint="give `characteristic.nominal` as the drawing has it; left out, it is the profile's",
             values={"tolerance": text, "nominal_mm": nominal},
         )
@@ -288,7 +299,9 @@ def _form(text: str) -> float:
 
 def unread(text: str) -> TrueloopError:
     """TOL-TEXT."""
-    return Code.TOL_TEXT.refusal(f"the tolerance {text!r} cannot be read", hint=HINT, values={"tolerance": text})
+    return Code.TOL_TEXT.refusal(
+        wording("the tolerance {tolerance!r} cannot be read", tolerance=text), hint=HINT, values={"tolerance": text}
+    )
 
 
 def _number(text: str) -> float:

@@ -9,15 +9,20 @@ from string import Formatter
 import pytest
 
 from tests.support.correction import example_correction, size_error_correction
+from trueloop.errors import Code
 from trueloop.report.markup import text_of
 from trueloop.report.texts.texts import Texts, german
 from trueloop.report.turned.page import page
-from trueloop.wording import Um, wording
+from trueloop.wording import Um, Worded, Wording, changed, wording
 
 SOURCE = Path(__file__).parents[3] / "src" / "trueloop"
 CALLS = {"say", "wording"}
 ELSEWHERE = {"cli", "controllers"}
 """Folders where `say` is another function."""
+
+
+ELSEWHERE_THAN_ON_PAGES = {"CEL", "CTL", "FIT", "LAB", "LNK", "MCH", "MTC", "OUT", "RTC", "SIM", "SRF", "VAL"}
+"""Areas of codes that no page of the service meets."""
 
 
 def texts_of_the_code() -> Iterator[str]:
@@ -38,7 +43,8 @@ def values_of(text: str) -> set[str]:
 
 
 def test_every_text_has_a_translation_and_every_translation_a_text() -> None:
-    assert set(texts_of_the_code()) == set(german())
+    meanings = {code.meaning for code in Code if code.partition("-")[0] not in ELSEWHERE_THAN_ON_PAGES}
+    assert set(texts_of_the_code()) | meanings == set(german())
 
 
 @pytest.mark.parametrize(("english", "translated"), list(german().items()))
@@ -74,5 +80,17 @@ def test_inches_are_exact() -> None:
     assert say.note(wording("{x} (on the radius)", x=Um(-0.0254, "+.1f"))) == "−1000 µin (on the radius)"
 
 
-def test_a_sentence_without_parts_is_left_as_it_is() -> None:
-    assert Texts("de").note("a refusal: {this} has no parts") == "a refusal: {this} has no parts"
+def test_a_sentence_without_parts_is_left_as_it_is_behind_the_meaning_of_its_code() -> None:
+    text, meaning = "a refusal: {this} has no parts", Code.MSR_KIND.meaning
+    assert Texts("de").note(text) == Texts("en").refusal(meaning, text) == text
+    assert Texts("de").refusal(meaning, text) == f"{german()[meaning]}: {text}"
+
+
+def test_what_is_worded_is_so_after_a_journey_between_processes_and_without_a_folder() -> None:
+    inner = wording("{reading} is in", reading="/tmp/x/a.csv")
+    said = wording("{n} touches of {which}", n=3, which=inner)
+    sent = Worded.of(said)
+    assert isinstance(sent, Worded) and isinstance(sent.values["which"], Worded)
+    there = changed(sent.text(), lambda text: text.replace("/tmp/x/", ""))
+    assert isinstance(there, Wording) and there == "3 touches of a.csv is in" and there.template == said.template
+    assert Worded.of("plain") == "plain"

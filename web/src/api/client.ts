@@ -46,7 +46,7 @@ export async function ask<T>(method: string, path: string, given: Given = {}): P
 }
 
 async function send(method: string, path: string, { body, file, etag, once, signal }: Given): Promise<Response> {
-  const headers: Record<string, string> = {};
+  const headers: Record<string, string> = { "Accept-Language": document.documentElement.lang };
   if (body !== undefined) headers["Content-Type"] = "application/json";
   if (etag !== undefined) headers["If-Match"] = `"${etag}"`;
   if (once !== undefined) headers["Idempotency-Key"] = once;

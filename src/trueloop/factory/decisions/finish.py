@@ -10,6 +10,7 @@ from trueloop.domain.factory import BlockKind, StepState
 from trueloop.domain.life import Identity
 from trueloop.errors import Code
 from trueloop.factory.known import OrderNow, PartNow, StepNow
+from trueloop.wording import wording
 
 AHEAD: Final = timedelta(seconds=60)
 """How far a cell's clock may be ahead of ours; beyond that nobody knows how old a value is."""
@@ -116,8 +117,8 @@ def _machine(what: Candidate, machine: MachineFacts, now: datetime) -> Iterator[
         )
     if machine.alarms:
         raise Code.FAC_ALARM.refusal(
-            f"alarm {machine.alarms[0]} ({len(machine.alarms)} in all) is not acknowledged",
-            hint="look at it and acknowledge it; then the finish cut is offered",
+            wording("alarm {alarm} ({n} in all) is not acknowledged", alarm=machine.alarms[0], n=len(machine.alarms)),
+            hint=wording("look at it and acknowledge it; then the finish cut is offered"),
             values={"alarm": float(machine.alarms[0])},
         )
     yield "no alarm is open"

@@ -9,6 +9,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.factory.decisions.runs import tasks_of
 from trueloop.factory.known import Changes, Event, OrderNow, PartNow, StepNow
 from trueloop.factory.requests import Arm, By, CorrectionRefused, DecideStep, Hold, RecordStep, Role, StepCorrected
+from trueloop.wording import wording
 
 _BY_HAND: Final = (BlockKind.REMOVE, BlockKind.MEASURE, BlockKind.RELEASE)
 
@@ -17,7 +18,7 @@ def hold(order: OrderNow, request: Hold, by: By, now: datetime) -> Changes:
     """Holds a part: nothing more is offered for it; what runs goes on. Raises FAC-STATE where nothing is left to do."""
     part = order.part(request.part)
     if part.rejected or part.next is None:
-        raise _state(part, "is done: there is nothing to hold", "look at its life")
+        raise _state(part, wording("is done: there is nothing to hold"), wording("look at its life"))
     after = part.held(Code.FAC_HELD, f"{by.name}: {request.why}")
     return _changed(order, after, "held", {"why": after.held_why})
 
@@ -30,21 +31,31 @@ def decide_step(order: OrderNow, request: DecideStep, by: By, now: datetime) -> 
     """
     part, step = order.part(request.part), order.step(request.part, request.step)
     if part.state is not PartState.HELD:
-        raise _state(part, f"is {part.state.value}, not held", "hold it first")
+        raise _state(part, wording("is not held"), wording("hold it first"))
     said = {"step": str(step.no), "verdict": request.verdict, "why": request.why, "run": step.run}
     if request.verdict == "reject":
         return _changed(order, replace(part, state=PartState.REJECTED, held_why=""), "rejected", said)
     if _gauging_before(part, step) and request.verdict == "not-made":
         return _changed(order, part.with_step(_anew(step)).freed(), "decided", said)
     if part.next is None or part.next.no != step.no:
-        raise _state(part, f"is held before step {part.next.no if part.next else 'none'}", "decide on that step")
+        raise _state(
+            part,
+            wording("is held before another step: {step}", step=part.next.no if part.next else "–"),
+            wording("decide on that step"),
+        )
     if step.state is StepState.STARTED:
-        raise _state(part, f"is being made: step {step.no} ({step.kind}) has started", "wait until its cell says more")
+        raise _state(
+            part,
+            wording("is being made: step {no} ({kind}) has started", no=step.no, kind=step.kind),
+            wording("wait until its cell says more"),
+        )
     facts: tuple[RunFact, ...] = ()
     if request.verdict == "made":
         if not step.kind.cuts or step.state is StepState.WAITING:
             raise _state(
-                part, f"has step {step.no} ({step.kind}) {step.state.value}: not a cut that was begun", "say not-made"
+                part,
+                wording("has no cut that was begun at step {no} ({kind})", no=step.no, kind=step.kind),
+                wording("decide that it was not made"),
             )
         facts = (RunFact(step.run, FactKind.ENDED, now, f"person:{by.name}", {"why": request.why}),) if step.run else ()
         after = part.with_step(replace(step, state=StepState.RECORDED)).freed()
@@ -78,10 +89,23 @@ def arm(order: OrderNow, request: Arm, by: By, now: datetime) -> Changes:
     at_machine = own if by.role is Role.CELL else request.at_machine
     held = any(part.state is PartState.HELD for part in order.parts)
     if request.parts and (not at_machine or held or not 0 < request.parts <= left):
-        why = "a part of it is held" if held else f"{left} parts are left" if at_machine else "nobody is at the machine"
+        why = (
+            wording("a part of it is held")
+            if held
+            else wording("{n} parts are left", n=left)
+            if at_machine
+            else wording("nobody is at the machine")
+        )
         raise Code.FAC_ARM.refusal(
-            f"order {order.order.id!r} is not armed for {request.parts} parts: {why}",
-            hint=f"arm it at machine {order.order.machine.name!r}, for no more parts than are left",
+            wording(
+                "order {order!r} is not armed for {parts} parts: {why}",
+                order=order.order.id,
+                parts=request.parts,
+                why=why,
+            ),
+            hint=wording(
+                "arm it at machine {machine!r}, for no more parts than are left", machine=order.order.machine.name
+            ),
             values={"parts": float(request.parts)},
         )
     said = {"parts": str(request.parts), "why": request.why}
@@ -95,8 +119,12 @@ def record_step(order: OrderNow, request: RecordStep, by: By, now: datetime) -> 
     _require_next(part, step, _BY_HAND)
     if step.kind is BlockKind.RELEASE and by.role is Role.OPERATOR:
         raise Code.FAC_ROLE.refusal(
-            f"{by.name!r} has the role 'operator'; releasing part {part.value.serial!r} needs 'engineer'",
-            hint="ask an account with that role",
+            wording(
+                "{by!r} has the role 'operator'; releasing part {serial!r} needs 'engineer'",
+                by=by.name,
+                serial=part.value.serial,
+            ),
+            hint=wording("ask an account with that role"),
             values={"role": by.role.value, "needed": Role.ENGINEER.value},
         )
     after = part.with_step(replace(step, state=StepState.RECORDED)).freed()
@@ -133,25 +161,40 @@ def correction_refused(order: OrderNow, request: CorrectionRefused, by: By, now:
 def _require_next(part: PartNow, step: StepNow, kinds: tuple[BlockKind, ...]) -> None:
     if part.state is PartState.HELD:
         raise Code.FAC_HELD.refusal(
-            f"part {part.value.serial!r} is held: {part.held_why}",
-            hint="decide on it first",
+            wording("part {serial!r} is held: {why}", serial=part.value.serial, why=part.held_why),
+            hint=wording("decide on it first"),
             values={"serial": part.value.serial},
         )
     if part.rejected or part.next is None:
-        why = "is rejected" if part.rejected else f"is {part.state.value}: no step is left"
-        raise _state(part, f"{why}, and step {step.no} ({step.kind}) cannot be recorded", "name another part")
+        raise _state(
+            part,
+            wording("has no step left: step {no} ({kind}) cannot be recorded", no=step.no, kind=step.kind),
+            wording("name another part"),
+        )
     if part.next.no != step.no:
         raise _state(
             part,
-            f"is {part.state.value}: its next step is {part.next.no} ({part.next.kind}), not {step.no} ({step.kind})",
-            "take its steps in their order",
+            wording(
+                "is {state}: its next step is {next} ({next_kind}), not {no} ({kind})",
+                state=part.state.value,
+                next=part.next.no,
+                next_kind=part.next.kind,
+                no=step.no,
+                kind=step.kind,
+            ),
+            wording("take its steps in their order"),
         )
     if step.kind not in kinds:
         by_hand = " and ".join(kind.value for kind in kinds)
         raise _state(
             part,
-            f"is at step {step.no} ({step.kind}), which is not recorded by hand: {by_hand} are",
-            "its machine reports that step when it has run it",
+            wording(
+                "is at step {no} ({kind}), which is not recorded by hand: {by_hand} are",
+                no=step.no,
+                kind=step.kind,
+                by_hand=by_hand,
+            ),
+            wording("its machine reports that step when it has run it"),
         )
 
 
@@ -161,4 +204,6 @@ def _changed(order: OrderNow, part: PartNow, what: str, values: dict[str, str]) 
 
 def _state(part: PartNow, why: str, hint: str) -> TrueloopError:
     values = {"state": part.state.value}
-    return Code.FAC_STATE.refusal(f"part {part.value.serial!r} {why}", hint=hint, values=values)
+    return Code.FAC_STATE.refusal(
+        wording("part {serial!r} {why}", serial=part.value.serial, why=why), hint=hint, values=values
+    )

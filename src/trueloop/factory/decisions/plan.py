@@ -16,6 +16,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.factory.decisions.finish import Candidate, MachineFacts, checks_of
 from trueloop.factory.known import Changes, Event, Offer, OrderNow, PartNow, StepNow
 from trueloop.factory.requests import By, NextBlock, PlanOrder
+from trueloop.wording import wording
 
 _ASKED_FOR: Final = (StepState.OFFERED, StepState.SENT, StepState.VERIFIED)
 _MAY_BEGIN: Final = (StepState.WAITING, StepState.FAILED)
@@ -133,14 +134,18 @@ class PlanFacts:
 def plan_order(facts: PlanFacts, request: PlanOrder, by: By, now: datetime) -> Changes:
     """Plans the order; its parts get their rows as it is kept. Raises FAC-PLAN, FAC-ORDERED, FAC-RELEASE."""
     for wrong in (*_wrong_parts(request), *_wrong_route(request)):
-        raise Code.FAC_PLAN.refusal(f"the order cannot be made: {wrong}", hint="change the order's route or parts")
+        raise Code.FAC_PLAN.refusal(
+            wording("the order cannot be made: {why}", why=wrong), hint=wording("change the order's route or parts")
+        )
     if request.machine not in facts.machines and not request.new_machine:
         raise _unknown_machine(request.machine, facts.machines)
     for serial in request.serials:
         if serial in facts.ordered:
             raise Code.FAC_ORDERED.refusal(
-                f"part {serial!r} of {request.part_type!r} has an order already",
-                hint="a part is made once: give the new part a serial number of its own",
+                wording(
+                    "part {serial!r} of {part_type!r} has an order already", serial=serial, part_type=request.part_type
+                ),
+                hint=wording("a part is made once: give the new part a serial number of its own"),
                 values={"serial": serial},
             )
     for block in request.blocks:
@@ -178,42 +183,56 @@ def order_now(order: WorkOrder, number: int, rows: tuple[int, ...] = ()) -> Orde
 def _unknown_machine(name: str, machines: frozenset[str]) -> TrueloopError:
     near = get_close_matches(name, sorted(machines), 1, 0.6)
     return Code.FAC_PLAN.refusal(
-        f"the order cannot be made: the store knows {len(machines)} machines, and {name!r} is not one of them",
-        hint=f"choose {near[0]!r}, if that was meant" if near else "choose one of them, or state that it is a new one",
+        wording(
+            "the order cannot be made: the store knows {n} machines, and {name!r} is not one of them",
+            n=len(machines),
+            name=name,
+        ),
+        hint=wording("choose {name!r}, if that was meant", name=near[0])
+        if near
+        else wording("choose one of them, or state that it is a new one"),
     )
 
 
 def not_released(program: str) -> TrueloopError:
     """Returns the error FAC-RELEASE."""
     return Code.FAC_RELEASE.refusal(
-        f"the program {program[:16]!r} is not released",
-        hint="an engineer releases a program of the store before it is ordered or sent",
+        wording("the program {program!r} is not released", program=program[:16]),
+        hint=wording("an engineer releases a program of the store before it is ordered or sent"),
         values={"program": program},
     )
 
 
 def _wrong_parts(request: PlanOrder) -> Iterator[str]:
     if not request.part_type or not request.machine:
-        yield f"part type {request.part_type!r} and machine {request.machine!r} have to be stated"
+        yield wording(
+            "part type {part_type!r} and machine {machine!r} have to be stated",
+            part_type=request.part_type,
+            machine=request.machine,
+        )
     count = len(request.serials)
     if not 0 < count <= MOST_PARTS:
-        yield f"{count} parts; it takes 1 to {MOST_PARTS}"
+        yield wording("{n} parts; it takes 1 to {most}", n=count, most=MOST_PARTS)
     if len(set(request.serials)) < count or not all(serial.strip() for serial in request.serials):
-        yield f"of its {count} serial numbers one is empty or there twice"
+        yield wording("of its {n} serial numbers one is empty or there twice", n=count)
 
 
 def _wrong_route(request: PlanOrder) -> Iterator[str]:
     blocks = request.blocks
     kinds = [one.kind for one in blocks]
     if not blocks:
-        yield "its route has 0 steps"
+        yield wording("its route has 0 steps")
     for k, (before, after) in enumerate(pairwise(kinds), 1):
         if _RANK[after] < _RANK[before]:
-            yield f"step {k} ({after}) comes after step {k - 1} ({before})"
+            yield wording(
+                "step {k} ({after}) comes after step {j} ({before})", k=k, after=after, j=k - 1, before=before
+            )
     for k, block in enumerate(blocks):
-        yield from (f"step {k} ({block.kind}) {why}" for why in _wrong_block(block, kinds[:k]))
+        yield from (
+            wording("step {k} ({kind}) {why}", k=k, kind=block.kind, why=why) for why in _wrong_block(block, kinds[:k])
+        )
     if BlockKind.CORRECT in kinds and not request.job_toml.strip():
-        yield "it has the step 'correct', and no job to compute it by"
+        yield wording("it has the step 'correct', and no job to compute it by")
     yield from _wrong_probe(request)
 
 
@@ -235,12 +254,12 @@ def _wrong_probe(request: PlanOrder) -> Iterator[str]:
 
 def _wrong_block(block: Block, before: list[BlockKind]) -> Iterator[str]:
     if block.kind.moves and not block.program_sha256:
-        yield "names no program"
+        yield wording("names no program")
     if not block.kind.moves and block.program_sha256:
-        yield "takes no program"
+        yield wording("takes no program")
     if block.corrected and (block.kind is not BlockKind.FINISH or BlockKind.CORRECT not in before):
-        yield "is to be corrected: only a finish cut after a step 'correct' is"
+        yield wording("is to be corrected: only a finish cut after a step 'correct' is")
     if block.kind is BlockKind.CORRECT and BlockKind.PROBE not in before:
-        yield "needs a step 'probe' before it"
+        yield wording("needs a step 'probe' before it")
     if block.kind in (BlockKind.CORRECT, BlockKind.RELEASE) and block.kind in before:
-        yield "is in the route twice"
+        yield wording("is in the route twice")

@@ -18,6 +18,7 @@ from trueloop.factory.requests import By, require_machine
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.storage.factory_tables import stamp
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class ProposalFacts:
 def release_program(facts: ProgramFacts, request: ask.ReleaseProgram, by: By, now: datetime) -> Changes:
     """Releases a program of the store, once. Raises FAC-UNKNOWN."""
     if not facts.known:
-        raise unknown("program", request.program_sha256[:16], "the store has no text of that hash")
+        raise unknown(wording("program"), request.program_sha256[:16], wording("the store has no text of that hash"))
     if facts.released:
         return Changes()
     row = {"program_sha256": request.program_sha256, "at": stamp(now), "who": by.name, "why": request.why}
@@ -72,7 +73,7 @@ def calibrated(facts: None, request: ask.Calibrated, by: By, now: datetime) -> C
 def certify(facts: Collection[int], request: ask.Certify, by: By, now: datetime) -> Changes:
     """Keeps a certificate. `facts` are rows of parts that exist. Raises FAC-UNKNOWN."""
     if request.part not in facts:
-        raise unknown("part", str(request.part), "the store has no such row")
+        raise unknown(wording("part"), str(request.part), wording("the store has no such row"))
     hashed = sha256(request.content).hexdigest()
     row = {"part": request.part, "at": stamp(now), "who": by.name, "sha256": hashed}
     said = {"sha256": hashed, "verdict": request.verdict}
@@ -95,7 +96,7 @@ def raise_alarm(facts: None, request: ask.RaiseAlarm, by: By, now: datetime) -> 
 def acknowledge(facts: bool | None, request: ask.Acknowledge, by: By, now: datetime) -> Changes:
     """Acknowledges an alarm. `facts`: whether it already is; None: no such alarm. Raises FAC-UNKNOWN, FAC-STALE."""
     if facts is None:
-        raise unknown("alarm", str(request.alarm), "the store has no such alarm")
+        raise unknown(wording("alarm"), str(request.alarm), wording("the store has no such alarm"))
     if facts:
         raise stale("open", "acknowledged")
     row = {"alarm": request.alarm, "at": stamp(now), "who": by.name, "why": request.why}
@@ -106,7 +107,7 @@ def acknowledge(facts: bool | None, request: ask.Acknowledge, by: By, now: datet
 def decide_proposal(facts: ProposalFacts, request: ask.DecideProposal, by: By, now: datetime) -> Changes:
     """Decides a proposal by the post-process loop's rules. Raises FAC-UNKNOWN, FAC-STALE where decided, SER errors."""
     if facts.proposal is None or facts.book is None:
-        raise unknown("proposal", request.proposal, "the store has none of that id")
+        raise unknown(wording("proposal"), request.proposal, wording("the store has none of that id"))
     if (earlier := facts.book.verdict(facts.proposal)) is not None:
         raise stale("open", f"{earlier.verdict} by {earlier.who}")
     given = (facts.book.by_identity, facts.book.decisions, SeriesOptions())
@@ -119,7 +120,7 @@ def decide_proposal(facts: ProposalFacts, request: ask.DecideProposal, by: By, n
 def set_tool(facts: Edge | None, request: ask.SetTool, by: By, now: datetime) -> Changes:
     """Records that an edge was set. `facts`: the edge as the store has it. Raises FAC-UNKNOWN."""
     if facts is None:
-        raise unknown("edge", "/".join(request.edge), "the store has no such edge")
+        raise unknown(wording("edge"), "/".join(request.edge), wording("the store has no such edge"))
     event = EdgeEvent(facts, EdgeEventKind.SET, request.set_at, by.name)
     said = {"set_at": request.set_at.isoformat()}
     return Changes(keep=(event,), events=(Event("set", f"edge:{'/'.join(request.edge)}", said),))
@@ -128,7 +129,7 @@ def set_tool(facts: Edge | None, request: ask.SetTool, by: By, now: datetime) ->
 def stale(expected: str, version: str) -> TrueloopError:
     """Returns the error FAC-STALE."""
     return Code.FAC_STALE.refusal(
-        f"it was {expected!r} when it was read and is {version!r} now",
-        hint="read it again, and decide on what it is now",
+        wording("it was {expected!r} when it was read and is {now!r} now", expected=expected, now=version),
+        hint=wording("read it again, and decide on what it is now"),
         values={"expected": expected, "found": version},
     )

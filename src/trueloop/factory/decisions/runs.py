@@ -12,6 +12,7 @@ from trueloop.factory.decisions.plan import left_unknown
 from trueloop.factory.known import Changes, Event, NewTask, OrderNow, PartNow, StepNow, unknown
 from trueloop.factory.requests import By, CellSilent, RecordFacts, RecordTemperatures, RecordTouches, require_machine
 from trueloop.storage.factory_tables import stamp
+from trueloop.wording import wording
 
 
 def state_of(kind: BlockKind, run: Run, facts: Iterable[RunFact], touches: bool) -> StepState:
@@ -150,7 +151,7 @@ def record_temperatures(facts: frozenset[str], request: RecordTemperatures, by: 
 def _known(facts: RunsFacts, key: str, by: By) -> KnownRun:
     known = facts.runs.get(key)
     if known is None:
-        raise unknown("run", key, "it was never offered")
+        raise unknown(wording("run"), key, wording("it was never offered"))
     require_machine(by, known.run.machine.name)
     return known
 

@@ -22,6 +22,7 @@ from trueloop.storage.kinds import joined, kind_of, searchable
 from trueloop.storage.reading import Query, found
 from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store
+from trueloop.wording import wording
 
 STALE: Final = timedelta(seconds=10)
 """A cell speaks every 2 s: silence of five words is shown."""
@@ -130,7 +131,7 @@ def require_known(store: Store, name: str, now: datetime) -> None:
 def _wanted(reader: StoreReader, name: str, now: datetime) -> MachineNow:
     found = next((machine for machine in all_machines(reader, now) if machine.name == name), None)
     if found is None:
-        raise unknown("machine", name, "no order, cell, key or inspection has named it")
+        raise unknown(wording("machine"), name, wording("no order, cell, key or inspection has named it"))
     return found
 
 

@@ -39,6 +39,7 @@ from trueloop.storage.reading import decoded
 from trueloop.storage.schema import ROWS, TABLES
 from trueloop.storage.store import Life, Store, life_in
 from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
 
 _PART = TABLES["part"]
 _COLUMNS = (
@@ -81,7 +82,7 @@ def part_of(reader: StoreReader, number: int) -> tuple[PartRow, Part]:
     """Returns one part, and its value. Raises FAC-UNKNOWN."""
     row = reader.connection.execute(_ONE, {"number": number}).one_or_none()
     if row is None:
-        raise unknown("part", str(number), "the store has no such row")
+        raise unknown(wording("part"), str(number), wording("the store has no such row"))
     part = reader.codec.from_json(row.document, Part)
     return _row(part, row), part
 

@@ -32,6 +32,7 @@ from trueloop.storage.kinds import joined, searchable
 from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store, life
 from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
 
 _RECORD: Final = re.compile(rb"\s+".join(f"{MARK}: record ([0-9a-f]{{16}})".encode().split()), re.IGNORECASE)
 """The mark of a correction in a program, with the id of its record."""
@@ -129,7 +130,7 @@ def _proposal(store: Store, number: str) -> Proposal:
 
 
 def _unknown(number: str) -> TrueloopError:
-    return unknown("proposal", number, "the store has none of that id")
+    return unknown(wording("proposal"), number, wording("the store has none of that id"))
 
 
 def states_of(reader: StoreReader) -> Sequence[tuple[Proposal, str, ProposalDecision | None]]:
@@ -216,7 +217,7 @@ def program_row(reader: StoreReader, sha: str) -> ProgramRow:
     """Returns one program. Raises FAC-UNKNOWN."""
     row = reader.connection.execute(_ROWS.where(_TEXT.c.program_sha256 == sha)).first()
     if row is None:
-        raise unknown("program", sha[:16], "the store has no text of that hash")
+        raise unknown(wording("program"), sha[:16], wording("the store has no text of that hash"))
     return _row(reader, row, _made(reader, [row]))
 
 
@@ -225,7 +226,7 @@ def text_of(store: Store, sha: str) -> bytes:
     with known_of(store) as known:
         text = program_text(known, sha)
     if text is None:
-        raise unknown("program", sha[:16], "the store has no text of that hash")
+        raise unknown(wording("program"), sha[:16], wording("the store has no text of that hash"))
     return text
 
 

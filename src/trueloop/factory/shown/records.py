@@ -19,6 +19,7 @@ from trueloop.factory.views.series import AlarmView
 from trueloop.storage.factory_tables import ALARM, ALARM_ACKNOWLEDGED, CERTIFICATE, EVENT, TRANSFER
 from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store
+from trueloop.wording import wording
 
 LIMIT: Final = 50
 MOST: Final = 500
@@ -151,7 +152,7 @@ def certificate_row(store: Store, part: int, sha256: str) -> CertificateRow:
     with known_of(store) as known:
         found = [row for row in certificate_rows_of(known, part) if row.sha256 == sha256]
     if not found:
-        raise unknown("certificate", sha256, "the store has none of that page")
+        raise unknown(wording("certificate"), sha256, wording("the store has none of that page"))
     return found[-1]
 
 
@@ -160,7 +161,7 @@ def certificate_content(store: Store, number: int) -> bytes:
     with known_of(store) as known:
         found = known.connection.scalar(select(CERTIFICATE.c.content).where(CERTIFICATE.c.id == number))
     if found is None:
-        raise unknown("certificate", str(number), "the store has none of that number")
+        raise unknown(wording("certificate"), str(number), wording("the store has none of that number"))
     return bytes(found)
 
 

@@ -30,6 +30,7 @@ from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.profile import Side, named_by_kind
 from trueloop.geometry.validate import from_chuck, place_words
 from trueloop.units import MM_PER_INCH
+from trueloop.wording import wording
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
@@ -91,7 +92,12 @@ class DxfSheet:
         found = "; ".join(f"{k}: {candidate.described}" for k, candidate in several)
         asked = "" if number is None else f", and number {number} was asked for"
         return Code.GEO_DXF_CHOICE.refusal(
-            f"{len(self.contours)} separate chains of lines and arcs{asked}: {found or 'none of that side'}",
+            wording(
+                "{n} separate chains of lines and arcs{asked}: {found}",
+                n=len(self.contours),
+                asked=asked,
+                found=found or "none of that side",
+            ),
             hint="choose one with its number (--outline, part.dxf_outline), name the layer that holds the profile "
             "alone, or erase the others; --picture draws them",
             place=Place(str(self.file)),
@@ -240,8 +246,8 @@ def _scale(drawing: "Drawing", unit: str | None, path: Path) -> tuple[float, str
     code = UNIT_CODES[unit] if unit else stated
     if code not in MM_PER_UNIT:
         raise Code.GEO_DXF_UNIT.refusal(
-            f"the drawing states no length unit that is known here ($INSUNITS = {stated})",
-            hint="say which it is: mm or inch",
+            wording("the drawing states no length unit that is known here ($INSUNITS = {stated})", stated=stated),
+            hint=wording("say which it is: mm or inch"),
             place=Place(str(path)),
             values={"insunits": stated},
         )

@@ -19,6 +19,7 @@ from trueloop.formats.inspections.qif import reader as qif
 from trueloop.formats.inspections.shared.text import HINT, decoded
 from trueloop.formats.inspections.tables import read as tables
 from trueloop.formats.measurements.touches_csv import X_SUFFIXES, read_touches
+from trueloop.wording import wording
 
 NOMINAL: Final = tuple(f"nominal_{suffix}" for suffix in X_SUFFIXES)
 
@@ -101,7 +102,13 @@ def _read(path: Path, stated: StatedFacts) -> MeasuredFile:
         return tables.FORMAT.read(path, stated)
     names = ", ".join(form.name for form in KNOWN)
     raise Code.MSR_FORMAT.refusal(
-        f"{path.name!r}, {path.stat().st_size} bytes, is not one of the {len(KNOWN)} formats that are read: {names}",
+        wording(
+            "{file!r}, {size} bytes, is not one of the {n} formats that are read: {names}",
+            file=path.name,
+            size=path.stat().st_size,
+            n=len(KNOWN),
+            names=names,
+        ),
         hint=HINT,
         place=Place(str(path)),
     )

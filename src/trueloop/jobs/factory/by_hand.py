@@ -32,11 +32,10 @@ from trueloop.factory.views.by_hand import (
     Way,
     WayToCut,
 )
-from trueloop.factory.views.uploads import Remarked
 from trueloop.formats.input_file import read_source
 from trueloop.jobs.factory.hand_job import JOB, MAPPING, SHEET, AskedPart, AskedReadings, HandJob, written_job
 from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
-from trueloop.jobs.factory.uploads import HandedFile, add_upload, safe_name, upload_of
+from trueloop.jobs.factory.uploads import HandedFile, add_upload, remarked, safe_name, upload_of
 from trueloop.jobs.store.opened import Keeping
 from trueloop.jobs.turned.characteristics import tolerance_name
 from trueloop.jobs.turned.compensate import Done, corrected_into
@@ -64,6 +63,7 @@ from trueloop.report.turned.summary import headline
 from trueloop.report.turned.touch_sheet import places_figure
 from trueloop.storage.store import Store, find
 from trueloop.units import MM_PER_INCH, UM_PER_MM
+from trueloop.wording import wording
 
 QUESTIONS: Final[Mapping[Code, About]] = {
     Code.NC_DIALECT: "dialect",
@@ -125,10 +125,16 @@ def hand_files(store: Store, request: HandRequest) -> Iterator[HandedFile]:
             cut=_written_cut(store, part, measured.cut_with, folder) if measured else "",
             operator=request.by,
             language=request.say.language,
-            unit=request.say.unit,
         )
         try:
-            yield HandedFile(str(folder / path), program.name, program.sha256, hand=job)
+            yield HandedFile(
+                str(folder / path),
+                program.name,
+                program.sha256,
+                hand=job,
+                language=request.say.language,
+                unit=request.say.unit,
+            )
         except TrueloopError as refused:
             raise without_folder(refused, folder) from refused
 
@@ -138,14 +144,13 @@ def part_by_hand(handed: HandedFile) -> PartByHand:
     asked = _of(handed)
     try:
         job, made = written_job(handed.file, asked)
-        say = Texts(asked.language, asked.unit)
-        return replace(_shown(job, asked.part, say), notes=tuple(map(say.note, made.notes)))
+        return replace(_shown(job, asked.part, handed.say), notes=tuple(map(handed.say.note, made.notes)))
     except TrueloopError as refused:
         said = without_folder(refused, handed.file.parent)
         names = (handed.file.name, *asked.then)
         k = next((k for k, name in enumerate(names) if said.place.file == name), 0)
         question = question_of(handed.file.with_name(names[k]), asked.stated(k), said, k)
-        return PartByHand(asked.name, asked.part.dialect or "", problem=problem_of(said), question=question)
+        return PartByHand(asked.name, asked.part.dialect or "", problem=remarked(said, handed.say), question=question)
 
 
 def tried_by_hand(handed: HandedFile) -> int:
@@ -206,8 +211,8 @@ def _written_cut(store: Store, part: AskedPart, cut_with: str, folder: Path) -> 
     records = next((of for of in _sets_before(store, part) if of[0].id == cut_with), None)
     if records is None:
         raise Code.CMP_CUT_WITH.refusal(
-            f"the store has no correction {cut_with} of these programs",
-            hint="show the part again, and choose among its corrections what cut this part",
+            wording("the store has no correction {correction} of these programs", correction=cut_with),
+            hint=wording("show the part again, and choose among its corrections what cut this part"),
             values={"corrections": [cut_with]},
         )
     (folder / CUT).mkdir()
@@ -260,12 +265,6 @@ def _tools(files: JobFiles) -> tuple[str, ...]:
 def _of(handed: HandedFile) -> HandJob:
     assert handed.hand is not None
     return handed.hand
-
-
-def problem_of(refused: TrueloopError) -> Remarked:
-    """Returns a refusal for a page, with its place."""
-    where = f"{refused.place}: " if str(refused.place) else ""
-    return Remarked("error", refused.code.value, f"{where}{refused.message}", refused.hint, refused.place.line)
 
 
 class Stated(Protocol):
@@ -347,9 +346,7 @@ def _corrected(done: Done, say: Texts, files: tuple[FileMade, ...]) -> Corrected
             for summary in feature_summaries(correction, say)
         ),
         notes=tuple(dict.fromkeys([*notes, *map(say.note, all_notes(of))])),
-        remarks=tuple(
-            Remarked(finding.severity.value, finding.code.value, finding.message, finding.hint) for finding in found
-        ),
+        remarks=tuple(remarked(finding, say) for finding in found),
         pictures=tuple(_before_and_after(one, cut_by[id(one)], say) for _, _, one in made),
         files=files,
     )
@@ -454,8 +451,12 @@ def require_all_shown(store: Store, part: AskedPart, measured: AskedReadings | N
     unseen = [before for before in made_before(store, part, tools) if before.id not in measured.made_before]
     if unseen:
         raise Code.CMP_CUT_WITH.refusal(
-            f"correction {unseen[0].id} of this program was made since the part was shown, on {unseen[0].made_at[:16]}",
-            hint="show the part again, and choose among all of its corrections what cut this part",
+            wording(
+                "correction {correction} of this program was made since the part was shown, on {made_at}",
+                correction=unseen[0].id,
+                made_at=unseen[0].made_at[:16],
+            ),
+            hint=wording("show the part again, and choose among all of its corrections what cut this part"),
             values={"corrections": [before.id for before in unseen]},
         )
 

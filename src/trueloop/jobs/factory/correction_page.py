@@ -20,6 +20,7 @@ from trueloop.report.turned.page import WIDTHS, page
 from trueloop.report.turned.sources import source_svg
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
+from trueloop.wording import wording
 
 
 def correction_page(store: Store, number: str, language: Language) -> str:
@@ -37,7 +38,7 @@ def curve_picture(store: Store, number: str, feature: int, say: Texts, *, narrow
     """Draws one feature's error curve (SVG). Raises FAC-UNKNOWN."""
     made = _turned(store, number)
     if feature not in {picture.number for picture in curve_pictures(made, say)}:
-        raise unknown("feature", str(feature), f"the correction {number} has no error curve of that number")
+        raise unknown(wording("feature"), str(feature), f"the correction {number} has no error curve of that number")
     drawn = curve_svg(made, feature, WIDTHS["narrow" if narrow else "wide"], say)
     return in_the_dark(drawn) if dark else drawn
 
@@ -63,14 +64,14 @@ def _payload(store: Store, number: str) -> object:
 
 
 def _unknown(number: str) -> TrueloopError:
-    return unknown("correction", number, "the store has no correction of a turned part with that id")
+    return unknown(wording("correction"), number, wording("the store has no correction of a turned part with that id"))
 
 
 def certify(store: Store, part: int, language: Language, by: By, now: datetime, u_um: float | None = None) -> str:
     """Certifies a part; returns the page's hash. Raises FAC-UNKNOWN, FAC-ROLE, MON. `u_um`: of readings without u."""
     found = next((stored.value for stored in find(store, Part) if stored.row == part), None)
     if found is None:
-        raise unknown("part", str(part), "the store has no such row")
+        raise unknown(wording("part"), str(part), wording("the store has no such row"))
     shape = certify_part(store, found.serial, found.part_type.name, u_um, by.name)
     page = certificate_page(shape, Texts(language, "mm")).encode()
     carry_out(store, Certify(part, page, shape.outcome), by, now)

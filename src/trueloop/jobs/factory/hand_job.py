@@ -9,12 +9,13 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from trueloop.described import filled_from
-from trueloop.domain.option import Language, LengthUnit
+from trueloop.domain.option import Language
 from trueloop.errors import Code
 from trueloop.geometry.profile import Side
 from trueloop.jobs.turned.new import Chosen, NewFiles, NewTool, Wanted, WantedProgram, Zero, gauge_sheet_of, new_job
 from trueloop.monitoring.capability import COVERAGE
 from trueloop.turned.options import By
+from trueloop.wording import wording
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Number = Annotated[int, Field(ge=0, lt=1 << 31)]
@@ -127,7 +128,7 @@ class HandJob:
     """Statements on a part, with the names of its files in the folder of the program ("": there is no such file).
 
     `then` are those of the programs of further set-ups, and `cut` is the list of corrections that cut a part of several
-    tools or set-ups. `operator` is who stated it; sentences and pictures are for a reader of this language and unit.
+    tools or set-ups. `operator` is who stated it; sentences and pictures are for a reader of this language.
     """
 
     part: AskedPart
@@ -139,7 +140,6 @@ class HandJob:
     cut: str = ""
     operator: str = ""
     language: Language = "en"
-    unit: LengthUnit = "mm"
 
     def stated(self, k: int) -> AskedProgram:
         """Returns the program of set-up k, from 0: control and unit, where it states none, are those of the first."""
@@ -193,7 +193,6 @@ class MillJob:
     measured: MilledReadings | None = None
     file: str = ""
     entered: str = ""
-    language: Language = "en"
 
 
 def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
@@ -205,15 +204,20 @@ def written_job(program: Path, hand_job: HandJob) -> tuple[Path, NewFiles]:
     folder, part, measured = program.parent, hand_job.part, hand_job.measured
     if measured is not None and hand_job.file and measured.values:
         raise Code.SRV_REQUEST.refusal(
-            f"values of {len(measured.values)} sizes are given beside a file of measurements",
-            hint="give the values or the file of measurements, not both",
+            wording("values of {n} sizes are given beside a file of measurements", n=len(measured.values)),
+            hint=wording("give the values or the file of measurements, not both"),
         )
     if not part.by_one_tool and not hand_job.drawing:
         raise Code.SRV_REQUEST.refusal(
-            f"the part is cut by {len(part.programs)} programs and {sum(1 + len(one.tools) for one in part.programs)} "
-            "tools, and has no drawing",
-            hint="hand over the drawing of the finished part (DXF, STEP or IGES): what several tools leave does not "
-            "follow from the programs",
+            wording(
+                "the part is cut by {n} programs and {tools} tools, and has no drawing",
+                n=len(part.programs),
+                tools=sum(1 + len(one.tools) for one in part.programs),
+            ),
+            hint=wording(
+                "hand over the drawing of the finished part (DXF, STEP or IGES): what several tools leave does not "
+                "follow from the programs"
+            ),
         )
     stated = _cut(measured, hand_job)
 

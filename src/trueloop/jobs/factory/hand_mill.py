@@ -11,14 +11,13 @@ import numpy as np
 
 from trueloop.described import filled_from
 from trueloop.domain.characteristic import Quantity
-from trueloop.domain.option import Language
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.views.by_hand import Expectation, MilledEntries, MilledFeatureShown, MilledPart, MilledSize
 from trueloop.formats.toml_tables import toml_keys, toml_value
-from trueloop.jobs.factory.by_hand import problem_of, question_of
+from trueloop.jobs.factory.by_hand import question_of
 from trueloop.jobs.factory.hand_job import JOB, MAPPING, SHEET, AskedMilled, MilledReadings, MillJob
 from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
-from trueloop.jobs.factory.uploads import HandedFile, safe_name, upload_of
+from trueloop.jobs.factory.uploads import HandedFile, remarked, safe_name, upload_of
 from trueloop.jobs.milled import RECORD, entries_for_next_part, entry_lines, proposal_notes, read_milled, record_of
 from trueloop.jobs.milled_new import ProposedJob, new_milled_job
 from trueloop.milled.entries import ExpectedSize
@@ -28,6 +27,7 @@ from trueloop.storage.store import Store
 from trueloop.tolerances.iso2768 import Edge
 from trueloop.tolerances.text import limits_of
 from trueloop.units import MM_PER_INCH, UM_PER_MM
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class MilledAnswer:
 
 @contextmanager
 def mill_files(
-    store: Store, part: AskedMilled, measured: MilledReadings | None, by: str, language: Language
+    store: Store, part: AskedMilled, measured: MilledReadings | None, by: str, say: Texts
 ) -> Iterator[HandedFile]:
     """Yields the program in a temporary folder, with this account's measurement and record. Raises FAC-UNKNOWN."""
     program = upload_of(store, part.program, by)
@@ -54,8 +54,10 @@ def mill_files(
                 (folder / names[of]).write_bytes(upload.content)
         path = names.pop("program")
         name = part.name or Path(program.name).stem or "part"
-        job = MillJob(part, name, measured, **names, language=language)
-        yield HandedFile(str(folder / path), program.name, program.sha256, mill=job)
+        job = MillJob(part, name, measured, **names)
+        yield HandedFile(
+            str(folder / path), program.name, program.sha256, mill=job, language=say.language, unit=say.unit
+        )
 
 
 def milled_part(handed: HandedFile) -> MilledPart:
@@ -66,7 +68,7 @@ def milled_part(handed: HandedFile) -> MilledPart:
     except TrueloopError as refused:
         refused = without_folder(refused, handed.file.parent)
         question = question_of(handed.file, job.part, refused)
-        return MilledPart(job.name, problem=problem_of(refused), question=question)
+        return MilledPart(job.name, problem=remarked(refused, handed.say), question=question)
     sizes = [size for feature in made.features for size, _ in _sizes(feature)]
     return MilledPart(
         job.name,
@@ -86,7 +88,7 @@ def milled_entries(handed: HandedFile) -> MilledAnswer:
 
     Raises what reading and proposing refuse; SRV-REQUEST for values beside a file, MSR-FEATURE for one of no size.
     """
-    job, say = _of(handed), Texts(_of(handed).language)
+    job, say = _of(handed), handed.say
     made = _new_job(handed)
     measured = job.measured
     assert measured is not None
@@ -135,8 +137,8 @@ def _measured_keys(handed: HandedFile, made: ProposedJob, measured: MilledReadin
     job, folder = _of(handed), handed.file.parent
     if job.file and measured.values:
         raise Code.SRV_REQUEST.refusal(
-            f"values of {len(measured.values)} sizes are given beside a file of measurements",
-            hint="give the values or the file of measurements, not both",
+            wording("values of {n} sizes are given beside a file of measurements", n=len(measured.values)),
+            hint=wording("give the values or the file of measurements, not both"),
         )
     keys = dict[str, object]()
     if job.file:
@@ -191,7 +193,9 @@ def _require_known(sizes: Mapping[str, object], names: Sequence[str]) -> None:
     other = next((name for name in names if name not in sizes), None)
     if other is not None:
         raise Code.MSR_FEATURE.refusal(
-            f"the part has no size {other!r}", hint=f"its sizes are: {', '.join(sizes)}", values={"feature": other}
+            wording("the part has no size {name!r}", name=other),
+            hint=wording("its sizes are: {sizes}", sizes=", ".join(sizes)),
+            values={"feature": other},
         )
 
 

@@ -15,7 +15,7 @@ from trueloop.factory.known import OrderNow, PartNow
 from trueloop.factory.load import StoreReader, order_of
 from trueloop.factory.requests import By, RecordStep
 from trueloop.factory.views import by_hand, uploads
-from trueloop.factory.views.uploads import ImportedView, ProgramRead, Remarked
+from trueloop.factory.views.uploads import ImportedView, ProgramRead
 from trueloop.jobs.factory.by_hand import part_by_hand, tried_by_hand
 from trueloop.jobs.factory.hand_job import (
     AskedMilled,
@@ -37,6 +37,7 @@ from trueloop.jobs.factory.uploads import (
     inspected,
     order_read,
     program_read,
+    remarked,
     toml_read,
     upload_view,
 )
@@ -44,7 +45,9 @@ from trueloop.jobs.measure.keep_measured import After, StatedCut, keep_in
 from trueloop.jobs.store.finish_cut import CutStatement
 from trueloop.jobs.store.opened import Keeping
 from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.report.texts.texts import Texts
 from trueloop.storage.store import Store, find, keep
+from trueloop.wording import wording
 
 READINGS: Final[Mapping[str, Callable[[HandedFile], Any]]] = {
     one.__name__: one
@@ -100,7 +103,7 @@ def import_program(store: Store, upload: Upload, read: ProgramRead, by: By) -> I
 
 
 def import_measurement(
-    store: Store, upload: Upload, read: UploadedInspection, of: OfPart, by: By, now: datetime
+    store: Store, upload: Upload, read: UploadedInspection, of: OfPart, by: By, now: datetime, *, say: Texts
 ) -> ImportedView:
     """Keeps what was measured of a part; where measuring it is the order's next step, that step is recorded.
 
@@ -120,8 +123,15 @@ def import_measurement(
         serials = [inspection.part.serial for inspection in found.values()]
         listed = ", ".join(f"{k}: {one!r}" for k, one in zip(found, serials[:20], strict=False))
         raise Code.MSR_SERIAL.refusal(
-            f"{upload.name!r} has {len(own)} inspections of part {serial!r}; its {len(found)} are {listed}",
-            hint="hand over the file of this part, or say which of its inspections is meant",
+            wording(
+                "{file!r} has {n} inspections of part {serial!r}; its {all} are {listed}",
+                file=upload.name,
+                n=len(own),
+                serial=serial,
+                all=len(found),
+                listed=listed,
+            ),
+            hint=wording("hand over the file of this part, or say which of its inspections is meant"),
             values={"serials": serials[:20]},
         )
     measured = next(iter(own.values()))
@@ -132,9 +142,7 @@ def import_measurement(
         files = JobFiles.of(job).with_serial(part.value.serial)
         shown = StatedCut(of.after, said, of.measured_at or now)
         kept = keep_in(store, [(upload.name, measured)], files, shown, Keeping(serial=part.value.serial))
-    remarks = tuple(
-        Remarked(finding.severity.value, finding.code.value, finding.message, finding.hint) for finding in kept.findings
-    )
+    remarks = tuple(remarked(finding, say) for finding in kept.findings)
     recorded = _record(store, order, part, by, now, f"measured: {upload.name} {upload.sha256[:12]}")
     return ImportedView(upload.sha256, len(kept.kept), len(kept.new), remarks, recorded)
 

@@ -13,6 +13,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.factory.load import StoreReader, program_text
 from trueloop.formats.measurements.touches_csv import touches_to_csv
 from trueloop.jobs.measure.probing import read_logged_touches, read_probing
+from trueloop.wording import changed
 
 
 def programs_of(reader: StoreReader, order: WorkOrder) -> dict[str, bytes]:
@@ -59,8 +60,8 @@ def without_folder(refused: TrueloopError, path: Path) -> TrueloopError:
     folder = f"{path}/"
     place = replace(refused.place, file=(refused.place.file or "").replace(folder, "") or None)
     return refused.code.refusal(
-        refused.message.replace(folder, ""),
-        hint=refused.hint.replace(folder, ""),
+        changed(refused.message, lambda text: text.replace(folder, "")),
+        hint=changed(refused.hint, lambda text: text.replace(folder, "")),
         place=place,
         override=refused.override,
         values=refused.values,

@@ -16,6 +16,7 @@ from sqlalchemy import delete, insert, select
 from trueloop.described import filled_from
 from trueloop.domain.factory import WorkOrder
 from trueloop.domain.inspection import Inspection
+from trueloop.domain.option import Language, LengthUnit
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.factory.load import StoreReader, order_of
@@ -33,8 +34,10 @@ from trueloop.nc.check.check import check
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.report.measured import FileOnPart, OnPart, ValueRow, rows_of
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.storage.factory_tables import UPLOAD, stamp
 from trueloop.storage.store import Store
+from trueloop.wording import wording
 
 SHOWN: Final = 500
 """Values of one inspection that are listed: nobody reads more before importing."""
@@ -62,7 +65,7 @@ class HandedFile:
     """A file that was handed over, as it lies at `path` in a folder of its own, under the name that its owner gave it.
 
     `order`: whose job's part its values are matched with, and the texts of that order's `programs`. `hand` or
-    `mill`: the job of a person, whose program it is.
+    `mill`: the job of a person, whose program it is. What is shown of it is for a reader of this language and unit.
     """
 
     path: str
@@ -73,11 +76,18 @@ class HandedFile:
     programs: Mapping[str, bytes] = field(default_factory=dict)
     hand: HandJob | None = None
     mill: MillJob | None = None
+    language: Language = "en"
+    unit: LengthUnit = "mm"
 
     @property
     def file(self) -> Path:
         """Returns the path of the file."""
         return Path(self.path)
+
+    @property
+    def say(self) -> Texts:
+        """Returns the texts of the reader."""
+        return Texts(self.language, self.unit)
 
 
 @dataclass(frozen=True)
@@ -104,7 +114,7 @@ def upload_view(handed: HandedFile) -> UploadView:
         return replace(view, measurement=_measurement(handed, _on_part(handed)))
     except TrueloopError as refused:
         proposed = _proposed(handed) if kind == "measurement" else ""
-        problem = _problem(without_folder(refused, handed.file.parent))
+        problem = remarked(without_folder(refused, handed.file.parent), handed.say)
         return replace(view, problem=problem, mapping_toml=handed.asked.mapping_toml or proposed)
 
 
@@ -128,7 +138,9 @@ def program_read(handed: HandedFile) -> views.ProgramRead:
     source, dialect = read_source(handed.file, asked.dialect)
     program = read_program(source, dialect, handed.name, asked.unit)
     findings = check(program, {})
-    return views.ProgramRead(dialect, _unit(program, asked.unit), program.block_count, tuple(map(_found, findings)))
+    return views.ProgramRead(
+        dialect, _unit(program, asked.unit), program.block_count, tuple(remarked(one, handed.say) for one in findings)
+    )
 
 
 def inspected(handed: HandedFile) -> UploadedInspection:
@@ -194,13 +206,13 @@ def _measurement(handed: HandedFile, file: FileOnPart) -> views.MeasurementRead:
     return views.MeasurementRead(
         file.file.format,
         file.file.unit,
-        tuple(_inspection(file, on_part) for on_part in file.on_part),
+        tuple(_inspection(file, on_part, handed.say) for on_part in file.on_part),
         tuple(views.Remarked("note", "", remark.text, line=remark.line) for remark in file.file.remarks),
         handed.asked.mapping_toml or (_proposed(handed) if file.file.format.startswith("table") else ""),
     )
 
 
-def _inspection(file: FileOnPart, inspection: OnPart) -> views.InspectionRead:
+def _inspection(file: FileOnPart, inspection: OnPart, say: Texts) -> views.InspectionRead:
     rows = list(rows_of(file, inspection))
     seen = inspection.inspection
     return views.InspectionRead(
@@ -209,7 +221,7 @@ def _inspection(file: FileOnPart, inspection: OnPart) -> views.InspectionRead:
         measured_at="" if seen.measured_at is None else seen.measured_at.isoformat(),
         count=len(rows),
         values=tuple(map(_value, rows[:SHOWN])),
-        remarks=tuple(map(_found, inspection.findings)),
+        remarks=tuple(remarked(one, say) for one in inspection.findings),
     )
 
 
@@ -228,13 +240,12 @@ def _proposed(handed: HandedFile) -> str:
         return ""
 
 
-def _problem(refused: TrueloopError) -> views.Remarked:
-    said = f"{refused.place}: {refused.message}" if str(refused.place) else refused.message
-    return views.Remarked("error", refused.code.value, said, refused.hint, refused.place.line)
-
-
-def _found(finding: Finding) -> views.Remarked:
-    return views.Remarked(finding.severity.value, finding.code.value, finding.message, finding.hint, finding.place.line)
+def remarked(of: TrueloopError | Finding, say: Texts) -> views.Remarked:
+    """Returns a finding, or a refusal with its place, for a page."""
+    where, severity = ("", of.severity) if isinstance(of, Finding) else (str(of.place), Severity.ERROR)
+    text = say.refusal(of.code.meaning, of.message)
+    said = f"{where}: {text}" if where else text
+    return views.Remarked(severity.value, of.code.value, said, say.note(of.hint), of.place.line)
 
 
 KEPT: Final = timedelta(days=1)
@@ -267,7 +278,7 @@ def upload_of(store: Store, sha256: str, by: str) -> Upload:
     with store.reading() as connection:
         row = connection.execute(select(UPLOAD).where(mine).order_by(UPLOAD.c.id.desc()).limit(1)).one_or_none()
     if row is None:
-        raise unknown("upload", sha256, "hand the file over again: it is kept for a day")
+        raise unknown(wording("upload"), sha256, wording("hand the file over again: it is kept for a day"))
     return Upload(row.name, row.sha256, bytes(row.content))
 
 
@@ -277,7 +288,7 @@ def safe_name(name: str) -> str:
 
 
 @contextmanager
-def handed(store: Store, upload: Upload, options: ReadingOptions) -> Iterator[HandedFile]:
+def handed(store: Store, upload: Upload, options: ReadingOptions, say: Texts = ENGLISH) -> Iterator[HandedFile]:
     """Yields the file in a temporary folder of its own, with what the store knows of the order that is requested.
 
     Its name there has letters, digits and `._-`, and the end of its own. Raises FAC-UNKNOWN.
@@ -292,5 +303,12 @@ def handed(store: Store, upload: Upload, options: ReadingOptions) -> Iterator[Ha
         path = folder / safe_name(upload.name)
         path.write_bytes(upload.content)
         yield HandedFile(
-            path=str(path), name=upload.name, sha256=upload.sha256, asked=options, order=order, programs=programs
+            path=str(path),
+            name=upload.name,
+            sha256=upload.sha256,
+            asked=options,
+            order=order,
+            programs=programs,
+            language=say.language,
+            unit=say.unit,
         )

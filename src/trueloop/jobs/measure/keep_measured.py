@@ -45,6 +45,7 @@ from trueloop.report.measured import FileOnPart
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 from trueloop.turned.touches.touches import Gauging
+from trueloop.wording import wording
 
 After: TypeAlias = Literal["semifinish", "finish", "released"]
 """The stage after which a part was inspected; released: it had left the machine."""
@@ -284,8 +285,13 @@ def require_stage(store: Store, one: Inspection, cut: Cut) -> None:
     if known is not None and known.cut != cut.identity:
         stage = known.cut[len(one.part.identity)]
         raise Code.STO_STAGE.refusal(
-            f"this inspection of part {one.part.serial!r} is kept as that of its {stage} cut, not its {cut.stage} cut",
-            hint="name the file of this stage",
+            wording(
+                "this inspection of part {serial!r} is kept as that of its {stage} cut, not its {kept} cut",
+                serial=one.part.serial,
+                stage=stage,
+                kept=cut.stage,
+            ),
+            hint=wording("name the file of this stage"),
             values={"serial": one.part.serial},
         )
 

@@ -18,6 +18,7 @@ from trueloop.storage.store import Store, find
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import ON_PROFILE_MM
 from trueloop.units import MM_PER_INCH, UM_PER_MM
+from trueloop.wording import Um, wording
 
 
 def require_serial(part: Part, file: str) -> None:
@@ -38,9 +39,15 @@ def require_file_of_part(store: Store, inspection: Inspection) -> None:
         same = (other.values, other.measured_at) == (inspection.values, inspection.measured_at)
         if same and other.part.identity != part.identity:
             raise Code.STO_OTHER_PART.refusal(
-                f"the file with sha256 {sha256} is kept as an inspection of part {other.part.serial!r} of "
-                f"{other.part.part_type.name!r}, and now said to be of part {part.serial!r}",
-                hint="name the file of this part, or the serial number of the part that the file is of",
+                wording(
+                    "the file with sha256 {sha256} is kept as an inspection of part {serial!r} of {part_type!r}, "
+                    "and now said to be of part {now!r}",
+                    sha256=sha256,
+                    serial=other.part.serial,
+                    part_type=other.part.part_type.name,
+                    now=part.serial,
+                ),
+                hint=wording("name the file of this part, or the serial number of the part that the file is of"),
                 values={"file": sha256},
             )
 
@@ -89,7 +96,13 @@ def require_later(earlier: tuple[str, datetime | None], later: tuple[str, dateti
         return
     times = [one.astimezone(UTC).isoformat(timespec="minutes") for one in (before, after)]
     raise Code.STO_CLOCK.refusal(
-        f"{second} at {times[1]} is before {first} at {times[0]}",
+        wording(
+            "{second} at {second_at} is before {first} at {first_at}",
+            second=second,
+            second_at=times[1],
+            first=first,
+            first_at=times[0],
+        ),
         hint="state the right time (`gauging.measured_at`), or name the file of this part",
         override="--accept STO-CLOCK",
         values={"earlier": times[0], "later": times[1]},
@@ -134,9 +147,13 @@ def require_size(before: Correction, after: ErrorVectors) -> None:
         return
     factor = f"; {MM_PER_INCH} or {UM_PER_MM:g} times too much?" if size else ": filled in, not measured?"
     raise Code.STO_UNIT.refusal(
-        f"the errors after the finish cut are {size * UM_PER_MM:.1f} µm RMS, those before it "
-        f"{touched * UM_PER_MM:.1f} µm{factor}",
-        hint="check the unit of the file (--unit), and that it holds errors of this part",
+        wording(
+            "the errors after the finish cut are {size} RMS, those before it {touched}{factor}",
+            size=Um(size),
+            touched=Um(touched),
+            factor=factor,
+        ),
+        hint=wording("check the unit of the file (--unit), and that it holds errors of this part"),
         override="--accept STO-UNIT",
         values={"size_um": size * UM_PER_MM, "other_um": touched * UM_PER_MM},
     )

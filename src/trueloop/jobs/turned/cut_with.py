@@ -288,8 +288,12 @@ def require_later(record: Record, inspections: Sequence[Inspection], job: Path, 
         if time_needed if measured_at is None else latest_time(measured_at) < corrected_at:
             when = "" if measured_at is None else measured_at.isoformat(timespec="seconds")
             raise Code.MSR_OLD.refusal(
-                f"the part was measured at {when or 'a time that is not stated'}, correction {record.id} was made at "
-                f"{corrected_at.isoformat(timespec='minutes')}",
+                wording(
+                    "the part was measured at {when}, correction {correction} was made at {corrected_at}",
+                    when=when or "a time that is not stated",
+                    correction=record.id,
+                    corrected_at=corrected_at.isoformat(timespec="minutes"),
+                ),
                 hint=hint,
                 place=Place(str(job)),
                 values={"measured_at": when, "corrected_at": corrected_at.isoformat()},
@@ -303,7 +307,11 @@ def require_another_part(record: Record, inspections: Sequence[Inspection]) -> N
     if record.cut_with is not None and (own or _is_from(record, inspections, one_part=True)):
         part = f"finished part {own[0]!r}" if own else "this very measurement of a finished part"
         raise Code.CMP_CUT_WITH.refusal(
-            f"correction {record.id} was made from {part}, which is stated to be cut with it",
+            wording(
+                "correction {correction} was made from {part}, which is stated to be cut with it",
+                correction=record.id,
+                part=part,
+            ),
             hint=f"state in programs.cut_with what cut the part: {record.cut_with.words}; if it was cut again with "
             "this correction, or is another part, measure it anew and give it a serial number of its own",
             values={"corrections": [record.id]},
@@ -325,8 +333,12 @@ def _require_no_allowance(measured: ErrorVectors) -> None:
     if beyond and float(np.ptp(error_mm)) <= ALIKE * middle_mm:
         size_um = middle_mm * UM_PER_MM
         raise Code.CMP_ALLOWANCE.refusal(
-            f"all {len(rows)} measured places, which look in several directions, are too large by about "
-            f"{size_um:.1f} µm: is an allowance still on?",
+            wording(
+                "all {n} measured places, which look in several directions, are too large by about {size_um:.1f} "
+                "µm: is an allowance still on?",
+                n=len(rows),
+                size_um=size_um,
+            ),
             hint=f"if it is: gauging.measured_allowance_mm = {middle_mm:.3f}, as it was meant; if the part is "
             'finished: programs.cut_with = "given", or the record of the correction in force',
             values={"size_um": size_um},

@@ -128,7 +128,9 @@ class JobFiles:
             if setup.zero_at_z_mm is None:
                 with self.located.at("setups", k):
                     raise Code.SET_DATUM.refusal(
-                        f"set-up '{setup.name}' does not say where its program's Z is 0 on the part",
+                        wording(
+                            "set-up '{setup}' does not say where its program's Z is 0 on the part", setup=setup.name
+                        ),
                         hint="write `zero_at_z_mm` into the set-up's table [[setups]]: z of the part's frame, in mm, "
                         "at which this program's Z is 0; for one whose zero is the end face at z = −80, "
                         "zero_at_z_mm = -80.0",

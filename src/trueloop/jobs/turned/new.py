@@ -34,6 +34,7 @@ from trueloop.report.pdf import as_pdf
 from trueloop.report.turned.touch_sheet import touch_sheet
 from trueloop.turned.readings.sizes import gauge_plan
 from trueloop.units import MM_PER_INCH
+from trueloop.wording import wording
 
 CAD: Final = {".dxf": "dxf", ".step": "step", ".stp": "step", ".igs": "step", ".iges": "step"}
 """The key of the job by the drawing's ending."""
@@ -356,7 +357,9 @@ class GaugeSheet:
         other = next((name for name in values if name not in names), None)
         if other is not None:
             raise Code.MSR_FEATURE.refusal(
-                f"the sheet has no size {other!r}", hint=f"its sizes are: {', '.join(names)}", values={"feature": other}
+                wording("the sheet has no size {name!r}", name=other),
+                hint=wording("its sizes are: {sizes}", sizes=", ".join(names)),
+                values={"feature": other},
             )
         return gauge_sheet_csv(self.planned, "inch" if self.inch else "mm", values, stated)
 

@@ -150,7 +150,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     if files and not matched and not touches:
         held = sum(inspection.count for inspection in inspections)
         raise Code.MSR_NONE.refusal(
-            f"{len(files)} files of readings hold {held} values, and 0 readings of the part",
+            wording("{n} files of readings hold {held} values, and 0 readings of the part", n=len(files), held=held),
             hint=f"`trueloop measure read {shell_word(str(files[0]))} --job JOB.toml` shows why each is not used"
             if held
             else "fill in at least one value: a row without one was not measured",
@@ -213,7 +213,12 @@ def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
     if (wanted and serials and wanted not in serials) or (not wanted and len(serials) > 1):
         why = f"part {wanted!r} is not among them" if wanted else "`part.serial` of the job chooses none"
         raise Code.MSR_SERIAL.refusal(
-            f"the file holds {len(serials)} parts by serial number, {first_of([*map(repr, serials)], 6)}: {why}",
+            wording(
+                "the file holds {n} parts by serial number, {shown}: {why}",
+                n=len(serials),
+                shown=first_of([*map(repr, serials)], 6),
+                why=why,
+            ),
             hint="say in the job's table [part] which part is to be corrected: serial = …",
             place=Place(str(measured.path)),
             values={"serials": serials},
@@ -316,7 +321,7 @@ def _named(profile: Profile, reading: Reading) -> MatchedReading:
         named = [reading.feature or reading.characteristic, reading.other]
         name = next((one for one in named if one not in profile.names), named[0])
         raise Code.MSR_FEATURE.refusal(
-            f"the part has no feature {name!r}",
+            wording("the part has no feature {name!r}", name=name),
             hint=did_you_mean(name, profile.names) or f"the part's features are: {', '.join(profile.names)}",
             place=Place(line=reading.line),
             values={"feature": name},

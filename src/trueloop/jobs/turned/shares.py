@@ -31,6 +31,7 @@ from trueloop.nc.program.called import CalledOffset
 from trueloop.turned.characteristics.measurand import place_of
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import MatchedReading, MatchedTouch
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,12 @@ def _unnamed(
     names = [setup.frame.name for setup in setups]
     called = " and ".join(dict.fromkeys(tool.called.words for tool in tools))
     return Code.SET_EDGE.refusal(
-        f"{called} of set-ups {names[0]} and {names[1]} would be one edge in the store, and the job does not name it",
+        wording(
+            "{called} of set-ups {first} and {second} would be one edge in the store, and the job does not name it",
+            called=called,
+            first=names[0],
+            second=names[1],
+        ),
         hint="state `name` of both tables [[setups.tools]]: the same where it is one tool, else two",
         override="--no-store",
         place=Place(str(files.path)),

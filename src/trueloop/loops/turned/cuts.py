@@ -19,6 +19,7 @@ from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.called import CalledOffset, called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
+from trueloop.wording import wording
 
 MORE: Final = 1.1
 """A program that runs along more of the part by so much with its Z the other way round was written that way."""
@@ -94,7 +95,11 @@ def _uncalled(edge: CuttingEdge, offsets: Sequence[CalledOffset]) -> TrueloopErr
         f"those of its cuts are {', '.join(offset.words for offset in offsets)}" if offsets else "it calls none at all"
     )
     return Code.NC_NO_TOOL.refusal(
-        f"the job has a tool {edge.called.words}, which the program does not cut with: {there}",
+        wording(
+            "the job has a tool {tool}, which the program does not cut with: {there}",
+            tool=edge.called.words,
+            there=there,
+        ),
         hint="`number` of [[tools]] is that of the tool's offset: 12 of T0312, H12; on a Sinumerik T, `table_edge` D",
         values={"tool": edge.called.words},
     )
@@ -258,8 +263,15 @@ def _mirrored(frame: SetupFrame, stated_mm: float, other_mm: float) -> TrueloopE
         "control mirrors Z"
     )
     return Code.SET_MIRROR.refusal(
-        f"the program of set-up '{frame.name}' runs along {stated_mm:.3f} mm of the part's profile as stated "
-        f"({frame.words}), and along {other_mm:.3f} mm with its Z the other way round ({frame.the_other_way.words})",
+        wording(
+            "the program of set-up '{setup}' runs along {stated_mm:.3f} mm of the part's profile as stated "
+            "({stated}), and along {other_mm:.3f} mm with its Z the other way round ({other})",
+            setup=frame.name,
+            stated_mm=stated_mm,
+            stated=frame.words,
+            other_mm=other_mm,
+            other=frame.the_other_way.words,
+        ),
         hint=f"{mend}; or mend its `setups.zero_at_z_mm`",
         values={"setup": frame.name},
     )
@@ -267,7 +279,9 @@ def _mirrored(frame: SetupFrame, stated_mm: float, other_mm: float) -> TrueloopE
 
 def _several(feature: str, setups: Sequence[str]) -> TrueloopError:
     return Code.SET_FEATURE.refusal(
-        f"'{feature}' is cut in {len(setups)} set-ups: {' and '.join(setups)}",
+        wording(
+            "'{feature}' is cut in {n} set-ups: {setups}", feature=feature, n=len(setups), setups=" and ".join(setups)
+        ),
         hint=f'state which one leaves the surface: [feature.{feature}] setup = "{setups[-1]}"; where each leaves a '
         "part of it, make two features of it",
         values={"feature": feature, "setups": list(setups)},

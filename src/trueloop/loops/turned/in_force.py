@@ -14,7 +14,7 @@ from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import Program
 from trueloop.units import MM_PER_INCH
-from trueloop.wording import first_of
+from trueloop.wording import first_of, wording
 
 HINT: Final = 'state `programs.cut_with = "given"`, or the record of the correction in force'
 
@@ -48,8 +48,10 @@ class InForce:
         if self.stated or not self.possible:
             return
         raise Code.CMP_CUT_WITH.refusal(
-            f"what cut the measured part is not stated: the given program, or a correction of it: "
-            f"{first_of(self.possible, 4)}",
+            wording(
+                "what cut the measured part is not stated: the given program, or a correction of it: {shown}",
+                shown=first_of(self.possible, 4),
+            ),
             hint=f"{HINT} by its path or, with a store, its id, in the table of the job that names the program; of "
             "several tools or set-ups the path to their `part.json`",
             values={"corrections": list(self.possible)},

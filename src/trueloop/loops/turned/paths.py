@@ -312,8 +312,14 @@ def require_roughing_stays(
         point = points[worst]
         below_um = float(below[worst]) * UM_PER_MM
         raise Code.CMP_STOCK.refusal(
-            f"the roughing of line {line} of the corrected program stays, and would cut {below_um:.2f} µm below the "
-            f"corrected contour at x {point[0]:.4f} mm (radius), z {point[1]:.4f} mm",
+            wording(
+                "the roughing of line {line} of the corrected program stays, and would cut {below_um:.2f} µm below "
+                "the corrected contour at x {x_mm:.4f} mm (radius), z {z_mm:.4f} mm",
+                line=line,
+                below_um=below_um,
+                x_mm=point[0],
+                z_mm=point[1],
+            ),
             hint='leave more on with U and W of the roughing cycle, or have `programs.roughing = "moves"`',
             place=Place(programs[1].file),
             values={"below_um": below_um},

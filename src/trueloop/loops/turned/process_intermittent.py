@@ -60,6 +60,7 @@ from trueloop.turned.readings.vectors import z_zero
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign
 from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 
 def compensate(inputs: Inputs, *, sources: bool = True) -> Correction:
@@ -328,10 +329,17 @@ def _decision(inputs: Inputs, model: ProfileErrorModel, matched: Commanded, by: 
     best_mm, limit_mm = float(np.min(sigma_mm)), options.limits.scatter_mm
     if best_mm > limit_mm and decided.offset_is_enough and not decided.unit_covariance.any():
         raise Code.CMP_SCATTER.refusal(
-            f"the best of {len(sigma_mm)} measurements is known to {UM_PER_MM * best_mm:.1f} µm (one standard "
-            f"deviation, along the normal), and together they determine no offset to {UM_PER_MM * limit_mm:.1f} µm: "
-            "they deviate by no more than they scatter, and nothing would be corrected",
-            hint="measure with a better gauge or more often; state the gauge's own uncertainty where it is smaller",
+            wording(
+                "the best of {n} measurements is known to {best} (one standard deviation, along the normal), and "
+                "together they determine no offset to {limit}: they deviate by no more than they scatter, and "
+                "nothing would be corrected",
+                n=len(sigma_mm),
+                best=Um(best_mm),
+                limit=Um(limit_mm),
+            ),
+            hint=wording(
+                "measure with a better gauge or more often; state the gauge's own uncertainty where it is smaller"
+            ),
             override=allowed_by("scatter_mm"),
             values={"scatter_um": UM_PER_MM * best_mm, "limit_um": UM_PER_MM * limit_mm},
         )

@@ -136,7 +136,10 @@ def _material_on_the_right(moves: list[FeedMove], side: Side) -> list[FeedMove]:
     if side is Side.AROUND and moves:
         if moves[0].compensation == NO_COMPENSATION:
             raise Code.NC_BORE.refusal(
-                f"on which side of the pass of line {moves[0].line} the material is does not follow from the program",
+                wording(
+                    "on which side of the pass of line {line} the material is does not follow from the program",
+                    line=moves[0].line,
+                ),
                 hint="give the features around the part in the job, material on the right, or correct outside and bore "
                 "as two parts",
                 place=Place(line=moves[0].line),
@@ -159,7 +162,7 @@ def _require_side(moves: Sequence[FeedMove], backwards: bool, side: Side, shown:
         else:
             continue
         raise Code.NC_BORE.refusal(
-            f"the pass of line {move.line} is no {_PASS[side]}: {why}",
+            wording("the pass of line {line} is no {cut}: {why}", line=move.line, cut=_PASS[side], why=why),
             hint='state `part.side`, "outside" or "inside" (--side): signs of errors depend on it. '
             f"Here that side wants G{keeps_off}",
             place=Place(line=move.line),

@@ -16,6 +16,7 @@ from trueloop.geometry.feature import Feature, Line, LineOrArc, distance_mm
 from trueloop.geometry.offset import CentrePath
 from trueloop.geometry.profile import Profile
 from trueloop.nc.program.along import FeedMove
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -230,8 +231,13 @@ class Passes:
         ordered = sorted(passes, key=lambda moves: moves[0].move.index)
         spans = [_span(moves) for moves in ordered]
         return Code.NC_AMBIGUOUS.refusal(
-            f"'{self.profile.features[index].name}' is cut {len(passes)} times within {self.tolerance_mm:.3f} mm, by "
-            f"lines {', '.join(spans)}",
+            wording(
+                "'{feature}' is cut {n} times within {tolerance_mm:.3f} mm, by lines {lines}",
+                feature=self.profile.features[index].name,
+                n=len(passes),
+                tolerance_mm=self.tolerance_mm,
+                lines=", ".join(spans),
+            ),
             hint=_how_to_choose(spans),
             place=Place(line=ordered[1][0].move.line),
             values={"feature": self.profile.features[index].name, "lines": spans},

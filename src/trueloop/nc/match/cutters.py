@@ -27,6 +27,7 @@ from trueloop.nc.program.along import FeedMove
 from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.tool_path import NO_COMPENSATION, ToolPath
+from trueloop.wording import wording
 
 Corner: TypeAlias = Literal["left", "right", "outer", "inner"]
 
@@ -290,7 +291,13 @@ def _cover(feature: Feature, nose_radius_mm: float, moves: Sequence[FeedMove], t
 def _uncut(feature: Feature, edges: Sequence[CuttingEdge], tolerance_mm: float) -> TrueloopError:
     called = ", ".join(edge.words for edge in edges)
     return Code.NC_NO_MATCH.refusal(
-        f"none of the {len(edges)} edges of the job ({called}) cuts '{feature.name}' within {tolerance_mm:.3f} mm",
+        wording(
+            "none of the {n} edges of the job ({called}) cuts '{feature}' within {tolerance_mm:.3f} mm",
+            n=len(edges),
+            called=called,
+            feature=feature.name,
+            tolerance_mm=tolerance_mm,
+        ),
         hint="list every tool that cuts the profile in [[tools]], with the number of its offset and its nose radius; "
         f"what is to be left alone: [feature.{feature.name}] tool = 0",
         values={"feature": feature.name},
@@ -303,7 +310,12 @@ def _several(feature: Feature, cutting: Sequence[tuple[CuttingEdge, Cover]]) -> 
         f"{edge.words} from line {cover.line} on ({100 * cover.share:.0f} %)" for edge, cover in last_first
     )
     return Code.NC_TOOLS.refusal(
-        f"'{feature.name}' is cut by {len(cutting)} tools, none of them surely deeper than the others: {shown}",
+        wording(
+            "'{feature}' is cut by {n} tools, none of them surely deeper than the others: {shown}",
+            feature=feature.name,
+            n=len(cutting),
+            shown=shown,
+        ),
         hint=f"state which one leaves the surface: [feature.{feature.name}] tool = {last_first[0][0].called.number}; "
         "where each leaves a part of it, make two features of it",
         place=Place(line=last_first[0][1].line),

@@ -10,6 +10,7 @@ from trueloop.errors import Code, Place
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.understood import NOT_UNDERSTOOD
+from trueloop.wording import wording
 
 FANUC: Final = ("fanuc-lathe", "fanuc-lathe-b", "fanuc-mill")
 HAAS: Final = ("haas-lathe", "haas-mill")
@@ -85,7 +86,10 @@ def guess_dialect(source: bytes, file: str | None = None, option: str = "--diale
         return first
     listed = sorted(all_of, key=lambda name: (all_of[name].strange, -all_of[name].points))
     raise Code.NC_DIALECT.refusal(
-        f"the program does not tell its dialect: {'; '.join(_told(name, all_of[name]) for name in listed[:5])}",
+        wording(
+            "the program does not tell its dialect: {listed}",
+            listed="; ".join(_told(name, all_of[name]) for name in listed[:5]),
+        ),
         hint=f"say which: {' or '.join(map(option.format, list(fitting) if least == 0 else DIALECTS))}",
         place=Place(file),
     )

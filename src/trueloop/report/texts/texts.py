@@ -49,7 +49,7 @@ class Texts:
         """Makes texts as the options want them; where they name no unit, that of the program."""
         return cls(options.language, options.unit or program_unit or "mm")
 
-    def __call__(self, text: str, **values: object) -> str:
+    def __call__(self, text: str, /, **values: object) -> str:
         """The text with its values. Texts among them are taken as they are: escape them before."""
         template = german()[text] if self.language == "de" else text
         said = {name: self.value(value) for name, value in values.items()}
@@ -58,6 +58,11 @@ class Texts:
     def note(self, words: str) -> str:
         """Translates a sentence of the calculation; one that is nothing but text is left as it is."""
         return self(words.template, **words.values) if isinstance(words, Wording) else words
+
+    def refusal(self, meaning: str, message: str) -> str:
+        """Translates the message of an error; before one that is nothing but text stands the meaning of its code."""
+        known = self.language == "en" or isinstance(message, Wording) or meaning not in german()
+        return self.note(message) if known else f"{self(meaning)}: {message}"
 
     def value(self, value: object) -> object:
         """Formats a value of a text for the reader."""

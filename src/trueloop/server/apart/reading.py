@@ -25,8 +25,10 @@ from trueloop.domain.codec import Codec
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.jobs.factory.imports import CODEC as READ
 from trueloop.jobs.factory.uploads import HandedFile, ReadingOptions, Upload, handed
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.server.guarded import Service
 from trueloop.server.settings import Limits
+from trueloop.wording import Signed, Um, Worded, wording
 
 AT_ONCE: Final = 2
 """Files that are read at once: others wait, and hold no thread that answers requests."""
@@ -59,8 +61,8 @@ class Refusal:
     """A `TrueloopError`."""
 
     code: Code
-    message: str
-    hint: str
+    message: str | Worded
+    hint: str | Worded
     place: Place
     override: str | None
     values: Mapping[str, Any]
@@ -68,12 +70,13 @@ class Refusal:
     @classmethod
     def of(cls, error: TrueloopError) -> "Refusal":
         """Makes a refusal from an error."""
-        return filled_from(cls, error)
+        return filled_from(cls, error, message=Worded.of(error.message), hint=Worded.of(error.hint))
 
     def error(self) -> TrueloopError:
         """Makes the error from the refusal."""
-        given = {"hint": self.hint, "place": self.place, "override": self.override, "values": self.values}
-        return self.code.refusal(self.message, **given)  # type: ignore[arg-type]
+        message, hint = (one.text() if isinstance(one, Worded) else one for one in (self.message, self.hint))
+        given = {"hint": hint, "place": self.place, "override": self.override, "values": self.values}
+        return self.code.refusal(message, **given)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ class Answer:
     memory_bytes: int = field(default=0, kw_only=True)
 
 
-CODEC: Final[Codec] = READ.with_more(Question, Answer, Refusal, Code, Place)
+CODEC: Final[Codec] = READ.with_more(Question, Answer, Refusal, Code, Place, Worded, Um, Signed)
 
 
 class _Queue:
@@ -104,11 +107,13 @@ class _Queue:
 _OF_LOOP: Final[WeakKeyDictionary[asyncio.AbstractEventLoop, _Queue]] = WeakKeyDictionary()
 
 
-async def read_apart(here: Service, upload: Upload, options: ReadingOptions, reading: Callable[[HandedFile], T]) -> T:
+async def read_apart(
+    here: Service, upload: Upload, options: ReadingOptions, reading: Callable[[HandedFile], T], say: Texts = ENGLISH
+) -> T:
     """Reads a file by one of `READINGS`. Raises what that raises, FAC-UNKNOWN, SRV-FILE, SRV-DELAY."""
 
     def read() -> T:
-        with handed(here.store, upload, options) as given:
+        with handed(here.store, upload, options, say) as given:
             return answered(here.settings.limits, given, reading)
 
     return await in_turn(here, read)
@@ -119,8 +124,8 @@ async def in_turn(here: Service, work: Callable[[], T]) -> T:
     queue = _OF_LOOP.setdefault(asyncio.get_running_loop(), _Queue())
     if queue.length >= AT_ONCE + WAITING:
         raise Code.SRV_DELAY.refusal(
-            f"{WAITING} files that were handed over wait to be read",
-            hint="hand it over again later",
+            wording("{n} files that were handed over wait to be read", n=WAITING),
+            hint=wording("hand it over again later"),
             values={"retry_after_s": here.settings.limits.read_s},
         )
     queue.length += 1
@@ -136,7 +141,7 @@ def answered(limits: Limits, file: HandedFile, reading: Callable[[HandedFile], T
     if answer.refusal is not None:
         raise answer.refusal.error()
     if answer.exhausted:
-        raise not_read(file.name, f"it takes more than {limits.read_bytes / 1e9:.3g} GB of memory")
+        raise not_read(file.name, wording("it takes more than {gb:.3g} GB of memory", gb=limits.read_bytes / 1e9))
     if answer.fault:
         raise RuntimeError(answer.fault)
     return cast(T, answer.value)
@@ -145,8 +150,8 @@ def answered(limits: Limits, file: HandedFile, reading: Callable[[HandedFile], T
 def not_read(name: str, why: str) -> TrueloopError:
     """Makes the error SRV-FILE."""
     return Code.SRV_FILE.refusal(
-        f"{name!r} was not read: {why}",
-        hint="hand over a smaller file, or see what it holds: `trueloop measure read`, `trueloop nc check`",
+        wording("{name!r} was not read: {why}", name=name, why=why),
+        hint=wording("hand over a smaller file, or see what it holds: `trueloop measure read`, `trueloop nc check`"),
         values={"file": name},
     )
 
@@ -184,9 +189,9 @@ class Process:
             return CODEC.from_json(line, Answer)
         ended = self._how_it_ended()
         why = (
-            f"it takes longer than {question.seconds:g} s"
+            wording("it takes longer than {seconds:g} s", seconds=question.seconds)
             if late.is_set()
-            else f"the process that read it ended {ended}"
+            else wording("the process that read it ended {how}", how=ended)
         )
         raise not_read(question.handed.name, why)
 

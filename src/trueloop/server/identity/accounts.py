@@ -19,6 +19,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity.who import ROLES, Role, note
 from trueloop.storage.factory_tables import ACCOUNT, SESSION, stamp
 from trueloop.storage.store import Store
+from trueloop.wording import wording
 
 SHORTEST: Final = 12
 LONGEST: Final = 128
@@ -87,13 +88,24 @@ def _guesses_log10(password: str, name: str) -> float:
 def _require_good(password: str, name: str) -> None:
     why = ""
     if not SHORTEST <= len(password) <= LONGEST:
-        why = f"it has {len(password)} characters; {SHORTEST} to {LONGEST} are taken"
+        why = wording(
+            "it has {n} characters; {shortest} to {longest} are taken",
+            n=len(password),
+            shortest=SHORTEST,
+            longest=LONGEST,
+        )
     elif (guesses_log10 := _guesses_log10(password, name)) < COMMON_LOG10:
-        why = f"it is among the first 1e{math.ceil(guesses_log10)} guesses; 1e{COMMON_LOG10:.0f} are to be needed"
+        why = wording(
+            "it is among the first 1e{n} guesses; 1e{needed:.0f} are to be needed",
+            n=math.ceil(guesses_log10),
+            needed=COMMON_LOG10,
+        )
     if why:
         raise Code.SRV_PASSWORD.refusal(
-            f"the password is not taken: {why}",
-            hint="take four words that have nothing to do with each other; any characters and blanks are allowed",
+            wording("the password is not taken: {why}", why=why),
+            hint=wording(
+                "take four words that have nothing to do with each other; any characters and blanks are allowed"
+            ),
             values={"length": float(len(password)), "shortest": float(SHORTEST)},
         )
 
@@ -162,21 +174,33 @@ class FirstAccount:
     def add(self, secret: str, new: NewAccount, now: datetime) -> AccountRow:
         """Makes the account. Raises SRV-ACCOUNT for another secret and where there is an account, SRV-PASSWORD."""
         if not secrets.compare_digest(secret.encode(), self._secret.encode()):
-            raise _refused(new.name, "the link is of an earlier start of the service", "open the link printed last")
+            raise _refused(
+                new.name,
+                wording("the link is of an earlier start of the service"),
+                wording("open the link printed last"),
+            )
         return add_account(self._store, new, now, first=True)
 
 
 def add_account(store: Store, new: NewAccount, now: datetime, by: str = "", *, first: bool = False) -> AccountRow:
     """Makes an account; `first`: only where none is. Raises SRV-ACCOUNT (name or role), SRV-PASSWORD."""
     if not _NAME.fullmatch(new.name):
-        raise _refused(new.name, "it is no name", "1 to 64 letters, digits and . _ @ -, a letter or digit first")
+        raise _refused(
+            new.name, wording("it is no name"), wording("1 to 64 letters, digits and . _ @ -, a letter or digit first")
+        )
     _require(new.name, new.role, new.language)
     argon2id = hashed(new.password, new.name) if new.password is not None else ""
     with store.writing() as connection:
         if first and connection.execute(select(ACCOUNT.c.id).limit(1)).first() is not None:
-            raise _refused(new.name, "the service has its first account already", "sign in, or ask an administrator")
+            raise _refused(
+                new.name,
+                wording("the service has its first account already"),
+                wording("sign in, or ask an administrator"),
+            )
         if _found(connection, new.name) is not None:
-            raise _refused(new.name, "it is there already", "take another name, or change the account")
+            raise _refused(
+                new.name, wording("it is there already"), wording("take another name, or change the account")
+            )
         connection.execute(
             insert(ACCOUNT).values(
                 name=new.name,
@@ -223,7 +247,9 @@ def change_account(
             raise _refused(name, f"{change.subject!r} is linked to {other!r}", "end that link first")
         connection.execute(update(ACCOUNT).where(ACCOUNT.c.id == found.id).values(version=found.version + 1, **values))
         if found.role == "admin" and not found.disabled and not _administrators(connection):
-            raise _refused(name, "it is the last administrator", "make another account administrator first")
+            raise _refused(
+                name, wording("it is the last administrator"), wording("make another account administrator first")
+            )
         if ends:
             open_ones = (SESSION.c.account == found.id) & SESSION.c.ended_at.is_(None)
             connection.execute(update(SESSION).where(open_ones).values(ended_at=stamp(now)))
@@ -243,8 +269,12 @@ def accounts(store: Store) -> list[AccountRow]:
 def stale(expected: str, etag: str) -> TrueloopError:
     """Makes the error SRV-STALE."""
     return Code.SRV_STALE.refusal(
-        f"it was changed meanwhile: the change is of state {expected!r}, it is {etag!r} now",
-        hint="read it again, then change it",
+        wording(
+            "it was changed meanwhile: the change is of state {expected!r}, it is {now!r} now",
+            expected=expected,
+            now=etag,
+        ),
+        hint=wording("read it again, then change it"),
         values={"expected": expected, "found": etag},
     )
 
@@ -278,7 +308,9 @@ def _require(name: str, role: str, language: str) -> None:
 
 
 def _refused(name: str, why: str, hint: str) -> TrueloopError:
-    return Code.SRV_ACCOUNT.refusal(f"account {name!r}: {why}", hint=hint, values={"name": name})
+    return Code.SRV_ACCOUNT.refusal(
+        wording("account {name!r}: {why}", name=name, why=why), hint=hint, values={"name": name}
+    )
 
 
 def _row(row: Row[Any]) -> AccountRow:

@@ -14,6 +14,7 @@ from threading import Condition
 from typing import Final
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def too_early(wait_s: float) -> TrueloopError:
     """Makes the error SRV-DELAY; whole seconds, as `Retry-After` has them."""
     seconds = int(wait_s) + 1
     return Code.SRV_DELAY.refusal(
-        f"too many attempts: the next one is taken in {seconds} s",
-        hint="wait; an administrator can set a new password: trueloop user password NAME",
+        wording("too many attempts: the next one is taken in {seconds} s", seconds=seconds),
+        hint=wording("wait; an administrator can set a new password: trueloop user password NAME"),
         values={"retry_after_s": float(seconds)},
     )

@@ -12,6 +12,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity.who import Who, hashed, note
 from trueloop.storage.factory_tables import API_KEY, stamp
 from trueloop.storage.store import Store
+from trueloop.wording import wording
 
 PREFIX: Final = "tl_"
 LONGEST_DAYS: Final = 400
@@ -109,7 +110,7 @@ def of_bearer(store: Store, header: str, now: datetime) -> Who:
 
 
 def _refused(what: str, hint: str) -> TrueloopError:
-    return Code.SRV_KEYS.refusal(f"no key: {what}", hint=hint)
+    return Code.SRV_KEYS.refusal(wording("no key: {what}", what=what), hint=hint)
 
 
 def _row(row: Row[Any]) -> KeyRow:

@@ -13,6 +13,7 @@ from trueloop.server.identity.who import Who, hashed
 from trueloop.server.settings import Settings
 from trueloop.storage.factory_tables import ACCOUNT, SESSION, stamp
 from trueloop.storage.store import Store
+from trueloop.wording import wording
 
 SEEN: Final = timedelta(minutes=1)
 """So often at most a session's last use is noted."""
@@ -40,8 +41,8 @@ def account_by_password(store: Store, name: str, password: str) -> Row[Any]:
     usable = account is not None and not account.disabled
     if not is_right(account.argon2id if account is not None and usable else None, password) or account is None:
         raise Code.SRV_LOGIN.refusal(
-            f"the name {name[:64]!r} and the password do not go together",
-            hint="mind capitals; an administrator can set a new password: trueloop user password NAME",
+            wording("the name {name!r} and the password do not go together", name=name[:64]),
+            hint=wording("mind capitals; an administrator can set a new password: trueloop user password NAME"),
         )
     return account
 
@@ -99,8 +100,8 @@ def end(store: Store, id_sha256: str, now: datetime) -> None:
 def signed_out() -> TrueloopError:
     """Makes the error SRV-SIGN-IN."""
     return Code.SRV_SIGN_IN.refusal(
-        "this needs somebody signed in: there is no cookie 'session', or its session has ended",
-        hint="sign in: POST /api/v1/session, or the page /",
+        wording("this needs somebody signed in: there is no cookie 'session', or its session has ended"),
+        hint=wording("sign in: POST /api/v1/session, or the page /"),
     )
 
 

@@ -72,7 +72,7 @@ async def show_milled(body: AskedMilled, here: Here, who: By, say: Say) -> Mille
     """The features that a finish program mills, and what to measure of them. Nothing is kept."""
 
     def read() -> MilledPart:
-        with mill_files(here.store, body, None, who.name, say.language) as handed:
+        with mill_files(here.store, body, None, who.name, say) as handed:
             return answered(here.settings.limits, handed, milled_part)
 
     return await in_turn(here, read)
@@ -83,7 +83,7 @@ async def enter(body: MeasuredMilled, here: Here, who: By, say: Say) -> MilledEn
     """The numbers to enter at the control by what was measured of a milled part; its files are kept for a day."""
 
     def read() -> MilledEntries:
-        with mill_files(here.store, body.part, body.measured, who.name, say.language) as handed:
+        with mill_files(here.store, body.part, body.measured, who.name, say) as handed:
             found = answered(here.settings.limits, handed, milled_entries)
         texts = found.files.items()
         kept = [add_upload(here.store, name, text.encode(), who.name, here.clock()) for name, text in texts]

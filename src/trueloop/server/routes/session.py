@@ -15,6 +15,7 @@ from trueloop.server.guarded import By, Here, Service, router
 from trueloop.server.identity import accounts, sessions
 from trueloop.server.identity.accounts import is_right
 from trueloop.server.identity.who import Role, Who
+from trueloop.wording import wording
 
 routes = router()
 
@@ -124,7 +125,7 @@ async def change_me(body: Mine, here: Here, who: By, request: Request, response:
             with here.attempts.attempt(who.name, address):
                 if not is_right(accounts.stored_password(here.store, who.name), body.present_password or ""):
                     raise Code.SRV_LOGIN.refusal(
-                        "the present password is not right", hint="type the password that holds now"
+                        wording("the present password is not right"), hint=wording("type the password that holds now")
                     )
         wanted = accounts.Change(password=body.password, language=body.language, unit=body.unit)
         accounts.change_account(here.store, who.name, wanted, here.clock())

@@ -15,6 +15,7 @@ from trueloop.server.identity import provider, sessions
 from trueloop.server.identity.accounts import FirstAccount
 from trueloop.server.identity.oidc import LONGEST, SignIns
 from trueloop.server.routes.session import set_cookie
+from trueloop.wording import wording
 
 routes = router("/session")
 CALLBACK = "/api/v1/session/oidc/callback"
@@ -78,7 +79,7 @@ def _account(here: Service, request: Request, now: datetime) -> Row[Any]:
 def _sign_ins(request: Request) -> SignIns:
     found: SignIns | None = request.app.state.sign_ins
     if found is None:
-        raise problems.nothing("way to sign in", "oidc")
+        raise problems.nothing(wording("way to sign in"), "oidc")
     return found
 
 

@@ -15,6 +15,7 @@ from trueloop.jobs.factory.correction_page import certify
 from trueloop.jobs.factory.imports import OfPart, import_measurement, import_program
 from trueloop.jobs.factory.uploads import ReadingOptions, add_upload, inspected, program_read, upload_of, upload_view
 from trueloop.server.apart.reading import read_apart
+from trueloop.server.etags import Say
 from trueloop.server.guarded import By, Here, Row, factory_by, router
 
 routes = router()
@@ -53,37 +54,38 @@ class CertifyPart:
 
 
 @routes.post("/uploads", status_code=201)
-async def upload(request: Request, name: Name, here: Here, who: By) -> UploadView:
+async def upload(request: Request, name: Name, here: Here, who: By, say: Say) -> UploadView:
     """A file, as the request's body. Nothing of it is a fact yet; it is forgotten after a day."""
     content = await request.body()
     kept = await run_in_threadpool(add_upload, here.store, name, content, who.name, here.clock())
-    return await read_apart(here, kept, ReadingOptions(), upload_view)
+    return await read_apart(here, kept, ReadingOptions(), upload_view, say)
 
 
 @routes.post("/uploads/{sha}/read")
-async def read(sha: str, body: ReadingOptions, here: Here, who: By) -> UploadView:
+async def read(sha: str, body: ReadingOptions, here: Here, who: By, say: Say) -> UploadView:
     """Reads the file again in another way."""
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
-    return await read_apart(here, found, body, upload_view)
+    return await read_apart(here, found, body, upload_view, say)
 
 
 @routes.post("/uploads/{sha}/program", status_code=201)
-async def as_program(sha: str, body: AsProgram, here: Here, who: By) -> ImportedView:
+async def as_program(sha: str, body: AsProgram, here: Here, who: By, say: Say) -> ImportedView:
     """Kept as a program, which may be released then."""
     asked = ReadingOptions("program", body.dialect, body.unit)
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
-    known = await read_apart(here, found, asked, program_read)
+    known = await read_apart(here, found, asked, program_read, say)
     return await run_in_threadpool(import_program, here.store, found, known, factory_by(who))
 
 
 @routes.post("/uploads/{sha}/measurement", status_code=201)
-async def as_measurement(sha: str, body: AsMeasurement, here: Here, who: By) -> ImportedView:
+async def as_measurement(sha: str, body: AsMeasurement, here: Here, who: By, say: Say) -> ImportedView:
     """Kept as what was measured of a part."""
     asked = ReadingOptions("measurement", None, body.unit, body.order, body.mapping_toml)
     of = OfPart(body.order, body.part, body.after, body.run, body.measured_at)
     found = await run_in_threadpool(upload_of, here.store, sha, who.name)
     known = await read_apart(here, found, asked, inspected)
-    return await run_in_threadpool(import_measurement, here.store, found, known, of, factory_by(who), here.clock())
+    given = (found, known, of, factory_by(who), here.clock())
+    return await run_in_threadpool(import_measurement, here.store, *given, say=say)
 
 
 @routes.post("/certificates", status_code=201)

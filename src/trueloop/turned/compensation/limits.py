@@ -11,6 +11,7 @@ from trueloop.geometry.feature import is_curved, least_radius_mm
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.shift import Shift
 from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 SAMPLES = 201
 
@@ -35,7 +36,7 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
         of_shift = feature.curvature_per_mm(s) * (feature.tangent(s) @ rigid)
         slope = correction.slope(s)
         steep = np.minimum(np.abs(slope), np.abs(slope - of_shift))
-        check_along(piece, np.abs(size), steep, limits, "the correction")
+        check_along(piece, np.abs(size), steep, limits, wording("the correction"))
 
 
 def cut_mm(piece: CentrePiece) -> Array:
@@ -54,10 +55,21 @@ def check_along(piece: CentrePiece, size_mm: Array, slope: Array, limits: Limits
         if values[k] > limit:
             x, z = feature.point_mm(cut_mm(piece)[k])
             raise code.refusal(
-                f"{what} of {feature.name!r} reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f} mm "
-                f"(radius), z {z:.3f} mm; the limit is {limit * UM_PER_MM:.1f} {unit}",
-                hint="look first at the touches that determine it, there or beside it: a bad touch is likelier than "
-                "such an error",
+                wording(
+                    "{what} of {feature!r} reaches {size:.1f} {unit} at x {x:.3f} mm (radius), z {z:.3f} mm; the limit "
+                    "is {limit:.1f} {unit}",
+                    what=what,
+                    feature=feature.name,
+                    size=float(values[k]) * UM_PER_MM,
+                    unit=unit,
+                    x=float(x),
+                    z=float(z),
+                    limit=limit * UM_PER_MM,
+                ),
+                hint=wording(
+                    "look first at the touches that determine it, there or beside it: a bad touch is likelier than "
+                    "such an error"
+                ),
                 override=allowed_by(field),
                 values=dict(zip(code.values, (float(values[k]) * UM_PER_MM, limit * UM_PER_MM), strict=True)),
             )
@@ -98,8 +110,13 @@ def check_offset(offset_mm: tuple[float, float], limits: Limits) -> None:
     for axis, value_mm in zip("XZ", offset_mm, strict=True):
         if abs(value_mm) > limits.correction_mm:
             raise Code.CMP_SIZE.refusal(
-                f"the tool offset on {axis} would be {value_mm * UM_PER_MM:+.1f} µm{' (radius)' * (axis == 'X')}; the "
-                f"limit is {limits.correction_mm * UM_PER_MM:.1f} µm",
+                wording(
+                    "the tool offset on {axis} would be {size}{radius}; the limit is {limit}",
+                    axis=axis,
+                    size=Um(value_mm, "+.1f"),
+                    radius=" (radius)" * (axis == "X"),
+                    limit=Um(limits.correction_mm),
+                ),
                 hint="a constant this large is likelier a ball radius, an allowance, a datum or the tip that a program "
                 "without G41 and G42 moves (`tool.tip`), which the job leaves out",
                 override=allowed_by("correction_mm"),

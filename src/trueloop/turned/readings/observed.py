@@ -39,7 +39,7 @@ from trueloop.turned.touches.error_vectors import Seen
 from trueloop.turned.touches.plausibility import ON_PROFILE_MM
 from trueloop.turned.touches.touches import Gauging
 from trueloop.units import UM_PER_MM
-from trueloop.wording import wording
+from trueloop.wording import Um, wording
 
 PLACED_BY_HAND_MM: Final = 0.3
 """Standard uncertainty of the z at which a gauge is held by hand: within half a millimetre, any place alike."""
@@ -387,8 +387,12 @@ def check_repeats(
         scatter_mm = spread * _along_normal(profile, first)
         if scatter_mm > limits.scatter_mm:
             raise Code.CMP_SCATTER.refusal(
-                f"{said}: {scatter_mm * UM_PER_MM:.1f} µm along the normal (one standard deviation); the limit is "
-                f"{limits.scatter_mm * UM_PER_MM:.1f} µm",
+                wording(
+                    "{said}: {scatter} along the normal (one standard deviation); the limit is {limit}",
+                    said=said,
+                    scatter=Um(scatter_mm),
+                    limit=Um(limits.scatter_mm),
+                ),
                 hint="read that place again and leave the wrong value out, or give each place its own z_mm",
                 override=allowed_by("scatter_mm"),
                 place=Place(line=group[int(np.argmax(np.abs(actual - np.median(actual))))].reading.line),

@@ -25,7 +25,7 @@ from trueloop.turned.readings.matches import Axis, MatchedReading, Matches
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import CREDIBLE_ERROR_MM
 from trueloop.units import MM_PER_INCH, UM_PER_MM
-from trueloop.wording import wording
+from trueloop.wording import Um, wording
 
 OF_PART: Final = 0.5
 """An inspection of which less is matched is of another part."""
@@ -245,9 +245,17 @@ def _blunder(
 def _far_off(match: MatchedReading, nominal: float, far: int, count: int) -> TrueloopError:
     reading = match.reading
     return Code.MSR_NOMINAL.refusal(
-        f"{reading.characteristic!r} is {reading.actual:.6g} {reading.quantity.unit}, nominal {nominal:.6g}: no error "
-        f"of a cut is as large. {far} of {count} readings are as far off",
-        hint="another part's readings, another feature, a length from another face, or an allowance left on?",
+        wording(
+            "{characteristic!r} is {actual:.6g} {unit}, nominal {nominal:.6g}: no error of a cut is as large. "
+            "{far} of {count} readings are as far off",
+            characteristic=reading.characteristic,
+            actual=reading.actual,
+            unit=reading.quantity.unit,
+            nominal=nominal,
+            far=far,
+            count=count,
+        ),
+        hint=wording("another part's readings, another feature, a length from another face, or an allowance left on?"),
         place=Place(line=reading.line),
         values={"feature": reading.feature, "actual": reading.actual, "nominal": nominal},
     )
@@ -331,9 +339,15 @@ def _stands_apart(
     own_file = bool(np.all(vectors.by_gauge))  # beside touches the file is theirs
     scatter_mm, form_mm = _scatter_mm(vectors, *pair), _form_mm(vectors, *pair, limits, LARGEST)
     return Code.CMP_SCATTER.refusal(
-        f"{said[0]}, stands apart from {said[1]}, on the same line: they scatter by {scatter_mm * UM_PER_MM:.1f} µm "
-        f"along the normal (one standard deviation), and its form and taper make at most {form_mm * UM_PER_MM:.1f} µm",
-        hint="read both again: is a digit typed wrong?",
+        wording(
+            "{said}, stands apart from {other}, on the same line: they scatter by {scatter} along the normal (one "
+            "standard deviation), and its form and taper make at most {form}",
+            said=said[0],
+            other=said[1],
+            scatter=Um(scatter_mm),
+            form=Um(form_mm),
+        ),
+        hint=wording("read both again: is a digit typed wrong?"),
         override=f"{allowed_by('scatter_mm')}, for a part that is tapered or bent so much",
         place=Place(line=slip.line if slip and own_file else None),
         values={"scatter_um": scatter_mm * UM_PER_MM, "limit_um": form_mm * UM_PER_MM},

@@ -57,8 +57,8 @@ def require_places(readings: Sequence[MatchedReading], vectors: ErrorVectors) ->
         return
     kinds = ", ".join(sorted({str(reading.reading.quantity) for reading in readings}))
     raise Code.MSR_NONE.refusal(
-        f"of {len(readings)} readings ({kinds}) none states where the part's surface is",
-        hint="read at least one diameter or length of a feature besides",
+        wording("of {n} readings ({kinds}) none states where the part's surface is", n=len(readings), kinds=kinds),
+        hint=wording("read at least one diameter or length of a feature besides"),
     )
 
 

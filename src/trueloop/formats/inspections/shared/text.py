@@ -15,6 +15,7 @@ from typing import Final, Literal, TypeAlias
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_text, readable
 from trueloop.formats.toml_tables import SYNTAX_HINT
+from trueloop.wording import wording
 
 NAMES_HINT = 'a table [features] with lines such as "DIAMETER 7" = "journal"'
 
@@ -121,8 +122,10 @@ def number_in(text: str, path: Path, line: int, column: int | None = None) -> fl
     value = float(text.strip().replace(",", ".")) if NUMBER.fullmatch(text.strip()) else None
     if value is None or abs(value) > MOST:
         raise Code.MSR_NUMBER.refusal(
-            f"{text!r} is no number with one decimal point or comma" + ("" if value is None else f" up to {MOST:g}"),
-            hint="write it without signs that group digits",
+            wording("{text!r} is no number with one decimal point or comma", text=text)
+            if value is None
+            else wording("{text!r} is larger than {most:g}", text=text, most=MOST),
+            hint=wording("write it without signs that group digits"),
             place=Place(str(path), line, column),
             values={"text": text},
         )
