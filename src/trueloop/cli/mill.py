@@ -228,6 +228,7 @@ def _as_dict(job: "MilledJob", proposal: "Proposal") -> dict[str, object]:
             for one in proposal.contradictory
         ],
         "suspected": proposal.suspected,
+        "exchanged": [{"names": list(one.names), "part": one.serial} for one in proposal.exchanged],
         "devices": [
             {
                 "name": one.name,

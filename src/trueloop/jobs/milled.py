@@ -501,6 +501,13 @@ def proposal_notes(job: MilledJob, proposal: Proposal, say: Texts = ENGLISH) -> 
             high=high,
             counted="" if len(each.names) == 1 else say(" as {name}", name=each.names[0]),
         )
+    for both in proposal.exchanged:
+        yield say(
+            "{names} of part '{serial}' fit when their readings are exchanged; they have no part in these numbers: "
+            "look at their names",
+            names=say(" and ").join(both.names),
+            serial=both.serial,
+        )
     for device in proposal.devices:
         yield say(
             "'{device}' may read all walls {off} ± {u} µm out of the material ({p} %), as with a ball that was not "

@@ -22,7 +22,17 @@ from trueloop.estimate.history import after_parts
 from trueloop.estimate.sizes import fitted_sizes, log_evidence
 from trueloop.estimate.state import Key, Normal, State
 from trueloop.estimate.weights import shares
-from trueloop.milled.entry import PARTS_FOR_SIZES, PLAINEST, SHOWS, Contradictory, Entered, Entry, Part, against_earlier
+from trueloop.milled.entry import (
+    PARTS_FOR_SIZES,
+    PLAINEST,
+    SHOWS,
+    Contradictory,
+    Entered,
+    Entry,
+    Exchanged,
+    Part,
+    against_earlier,
+)
 from trueloop.milled.observed import (
     LASTING,
     UNCALIBRATED_MM,
@@ -100,6 +110,7 @@ class Proposal:
     contradictory: tuple[Contradictory, ...]
     suspected: str = ""
     devices: tuple[DeviceOff, ...] = ()
+    exchanged: tuple[Exchanged, ...] = ()
 
     @property
     def rms_mm(self) -> tuple[float, float]:
@@ -158,6 +169,10 @@ def propose(
     """
     shown = _together(parts)
     contradictory, parts = _without_contradictory(parts, _devices(parts) - set(calibrated))
+    exchanged = [part.exchanged() for part in parts]
+    parts = [
+        part.without({name for one in own for name in one.names}) for part, own in zip(parts, exchanged, strict=True)
+    ]
     likely = {device: share for device, share in devices_off(parts, calibrated).items() if share >= LIKELY}
     again, parts = _without_contradictory(parts, likely)
     last = parts[-1]
@@ -210,6 +225,7 @@ def propose(
         by_one_reading=by_one,
         contradictory=(*contradictory, *again),
         suspected=compared.suspected,
+        exchanged=tuple(one for own in exchanged for one in own),
         devices=tuple(known.device() for known in doubtful),
     )
 

@@ -10,7 +10,7 @@ the part lies off, with the standard uncertainty u. A slip is m = 1, none m = 0:
     χ² = (m / u)²     to     ((m − 1) / u)²     by     (2m − 1) / u²
 
 A slip is that of a person: a number, its last change or several at once were not entered, entered twice, or with the
-other sign.
+other sign, or radii went into registers that hold diameters.
 """
 
 import math
@@ -28,6 +28,7 @@ from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import State, Updated
 from trueloop.milled.observed import (
+    DIFFERENT_MM,
     ObservedSize,
     milled_catalogue,
     odd_features,
@@ -122,6 +123,30 @@ class Part:
                 found.append(Contradictory(tuple(names), self.serial, len(rows), limits_mm))
         return tuple(found)
 
+    def exchanged(self) -> tuple["Exchanged", ...]:
+        """Returns the sizes of a bore and a boss, or a slot and a rib, that fit the part far better with their readings
+        exchanged: nominal values that are alike do not show that, and one tool errs on both with opposite signs.
+        """
+        pairs = [
+            (k, j)
+            for k, size in enumerate(self.shown)
+            for j, other in enumerate(self.shown[:k])
+            if size.width and other.width and size.features[0].inward != other.features[0].inward
+            if abs(size.nominal_mm - other.nominal_mm) <= DIFFERENT_MM and len(size.weights) == len(other.weights)
+        ]
+        if not pairs:
+            return ()
+        innovation = State.before(milled_catalogue()).given(self.as_first_set(), robust=False).innovation
+        precision, off, found = np.linalg.inv(innovation.covariance_mm2), innovation.mean_mm, list[Exchanged]()
+        for k, j in pairs:
+            change = np.zeros(len(off))
+            change[k] = self.observed.value_mm[j] + self.shown[j].nominal_mm
+            change[k] -= self.observed.value_mm[k] + self.shown[k].nominal_mm
+            change[j] = -change[k]
+            if -float(change @ precision @ (2.0 * off + change)) > SLIPPED:
+                found.append(Exchanged((self.shown[j].name, self.shown[k].name), self.serial))
+        return tuple(found)
+
     def without(self, sizes: Collection[str], features: Collection[str] = ()) -> "Part":
         """Returns the part without the readings of some sizes and coordinates, and of some features."""
         rows = [
@@ -147,6 +172,14 @@ class Contradictory:
     serial: str
     readings: int
     between_mm: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Exchanged:
+    """Two sizes of a part whose readings fit each other's feature."""
+
+    names: tuple[str, str]
+    serial: str
 
 
 PARTS_FOR_SIZES: Final = 3
@@ -278,7 +311,10 @@ def _slips(in_force: Entered, before: Entered) -> Iterator[_Slip]:
     for group in dict.fromkeys(groups):
         stated = {entry: in_force.get(entry, 0.0) for entry in group}
         change = {entry: value - before.get(entry, 0.0) for entry, value in stated.items()}
-        for factor, how in ((-1.0, "had not been entered"), (1.0, "was entered twice"), (-2.0, "had the other sign")):
+        slips = [(-1.0, "had not been entered"), (1.0, "was entered twice"), (-2.0, "had the other sign")]
+        if all(entry.register == "radius" for entry in group):
+            slips.append((-0.5, "had half of its effect, as in a register that holds diameters"))
+        for factor, how in slips:
             yield _Slip({entry: factor * value for entry, value in stated.items()}, how)
             if change != stated:
                 last = "was still in force" if factor == -1.0 and not any(stated.values()) else f"{how} the last time"

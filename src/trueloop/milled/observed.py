@@ -36,6 +36,8 @@ from trueloop.wording import wording
 Features: TypeAlias = Mapping[str, MilledFeature]
 
 AXES: Final = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+COORDINATE: Final = 1e-6
+"""Weights of a centre's coordinate add up to no more, those of a size to 1 or 2."""
 SAME_DEPTH_MM: Final = 0.5
 """Depths of a wall that differ by less are one."""
 EXACT_MM: Final = 3e-4
@@ -59,6 +61,11 @@ class ObservedSize:
     nominal_mm: float
     lower_mm: float | None = None
     upper_mm: float | None = None
+
+    @property
+    def width(self) -> bool:
+        """Returns whether it is the diameter, radius or width of one feature, not a coordinate."""
+        return len(self.features) == 1 and abs(float(np.sum(self.weights))) > COORDINATE
 
     @property
     def aim_mm(self) -> float:

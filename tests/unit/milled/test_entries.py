@@ -122,6 +122,7 @@ SHIFTS, RADII = ("x", "y"), ("radius 1", "radius 2")
     [
         (SHIFTS, -1.0, Entry("x", "G54"), "as if G54, X and G54, Y had the other sign"),
         (RADII, 2.0, Entry("radius", "2"), "radius was entered twice"),
+        (RADII, 0.5, Entry("radius", "2"), "had half of its effect, as in a register that holds diameters"),
         (("turn",), 0.0, Entry("turn", "G54"), "as if G54, rotation about Z had not been entered"),
         (("length 2",), -1.0, Entry("length", "2"), "as if tool 2, length had the other sign"),
     ],
@@ -501,6 +502,22 @@ def test_a_size_read_twice_with_values_that_contradict_each_other_is_named_and_m
     assert found.contradictory == () and [one.entry for one in found.proposed] == [Entry("length", "2")]
     alone = [as_part([floor, again[0.115]], 0, {}, features=features)]
     assert propose("plate", alone, possible).proposed == ()
+
+
+def test_a_bore_and_a_boss_of_one_size_under_each_others_names_are_named_and_move_nothing() -> None:
+    """B2 and S0 have 16 mm; tools 12 and 20 µm too small leave the boss 24 µm large, the bore 40 µm small."""
+    mill = Mill({1: -0.012, 2: -0.02}, scatter=1e-3, uneven=2e-3)
+    readings = [
+        replace(one, lower_limit=None, upper_limit=None, nominal=None)
+        for one in mill.measured(np.random.default_rng(2), NOISE_MM)
+        if one.quantity is Quantity.DIAMETER
+    ]
+    other = {"B2": "S0", "S0": "B2"}
+    wrong = [replace(one, feature=other.get(one.feature, one.feature)) for one in readings]
+    clean, found = (propose("plate", [as_part(some, 0, {})], POSSIBLE) for some in (readings, wrong))
+    assert clean.exchanged == ()
+    assert [(set(one.names), one.serial) for one in found.exchanged] == [({"B2, diameter", "S0, diameter"}, "0")]
+    assert _radii(found) == {one: pytest.approx(value, abs=2e-3) for one, value in _radii(clean).items()}
 
 
 def of(name: str, kind: str, direction: tuple[float, float, float], size: float = 10.0) -> MilledFeature:
