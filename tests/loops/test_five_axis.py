@@ -4,6 +4,7 @@ matrices, with the control's own way from the tip's places to its axes.
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -19,7 +20,10 @@ from trueloop.formats.tables.model_file import model_to_json
 from trueloop.jobs.machine.mapped_program import ModelFile, compensate_program
 from trueloop.loops.machine.mapped_program import Mapped
 from trueloop.machine.correct import Setup
+from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import MachineModel
+from trueloop.machine.model.term import Term
+from trueloop.nc.program.called import CutterTool
 
 ZERO, TOOL = (30.0, -20.0, -150.0), (5.0, -8.0, -110.0)
 SETUP = Setup({1: ZERO}, {-1: TOOL})
@@ -117,12 +121,15 @@ def _compensated(
     dialect: str = "fanuc-mill",
     setup: Setup = SETUP,
     options: MapOptions | None = None,
+    parameters: Mapping[str, float] | None = None,
 ) -> tuple[str, Mapped]:
     source, file = tmp_path / "part.nc", tmp_path / "model.json"
     source.write_text(text)
     file.write_text(model_to_json(model))
     chosen = options or MapOptions(tolerance_mm=0.0001, limit_mm=1.0, decimals=6)
-    done = compensate_program(source, tmp_path / "out.nc", ModelFile(model, file), setup, chosen, dialect=dialect)
+    done = compensate_program(
+        source, tmp_path / "out.nc", ModelFile(model, file), setup, chosen, dialect=dialect, parameters=parameters
+    )
     return (tmp_path / "out.nc").read_text(), done
 
 
@@ -150,6 +157,17 @@ def test_tip_and_axis_are_as_programmed(tmp_path: Path, structure: str, tool_poi
     assert before[0] > 20 and before[1] > 20
     assert after[0] < 0.3 and after[1] < 1.0
     assert done.added_blocks > 0
+
+
+def test_a_head_that_stands_turned_is_corrected_as_one_that_turns(tmp_path: Path) -> None:
+    """3+2 with B of the head at −20°, in X, Y, Z of the machine's axes."""
+    control = _Control(STRUCTURES["head-table BC"])
+    cut = [f"X{20 + x}. Y{y}. Z{z}. B-20. C30." for x, y, z in ((0, 0, 0), (40, 10, -5), (10, 50, -8))]
+    text = _program([cut[0], *(words.rpartition(" B")[0] for words in cut[1:])], "G43 H1")
+    written, _ = _compensated(tmp_path, control.model, text)
+    before, after = (_off(control, text, program, tool_point=False) for program in (text, written))
+    assert before[0] > 20 and before[1] > 20
+    assert after[0] < 0.3 and after[1] < 1.0
 
 
 def test_tables_as_linear_words_have_them_in_every_control(tmp_path: Path) -> None:
@@ -221,6 +239,39 @@ def test_an_axis_that_passes_a_full_turn_is_stated(tmp_path: Path) -> None:
     _, done = _compensated(tmp_path, endless, text, options=MapOptions(limit_mm=1.0, decimals=6))
     assert any("C passes a full turn by its correction" in note for note in done.notes)
     assert any("1 cuts turn an axis by more than half a turn, first line 7" in note for note in done.notes)
+
+
+def test_the_tool_is_that_of_h_in_the_controls_table(tmp_path: Path) -> None:
+    """By its length as by the tool point; and no word comes into a block in which the tool has just been changed."""
+    control = _Control(STRUCTURES["table-table AC"])
+    change = f"{ON}G1 X9. C5. F100.\nT2 M6\nG0 A-20. C10.\nG43.4 H2 X1. Y2. Z5.\nG1 X9. C5.\n"
+    tables = [CutterTool(3.0, number=1, length_mm=110.0), CutterTool(3.0, number=2, length_mm=80.0)]
+    by_table, _ = _compensated(tmp_path, control.model, change, setup=Setup({1: ZERO}, {}, table=tables))
+    for tool, length in ((0, 110.0), (1, 80.0)):
+        by_point, _ = _compensated(tmp_path, control.model, change, setup=Setup({1: ZERO}, {-1: (0.0, 0.0, -length)}))
+        cuts = [[line for line in text.splitlines() if line.startswith("G1")] for text in (by_table, by_point)]
+        assert cuts[0][tool] == cuts[1][tool]
+    assert "\nG0 A-20. C10.\n" in by_table
+
+
+def test_numbers_without_a_point_that_count_steps(tmp_path: Path) -> None:
+    """A-10000 is -10° where 3401#0 is 0: corrected as A-10. is, and written with a point."""
+    model, _ = known_machine(STRUCTURES["table-table AC"], 1.0)
+    texts = []
+    for text in (f"{ON}G1 X9. C5. F99.\n", f"{ON.replace('A-10.', 'A-10000')}G1 X9000 C5000 F99.\n"):
+        written, _ = _compensated(tmp_path, model, text, parameters={"3401#0": 0.0})
+        texts.append(written.splitlines()[-2:])
+    assert texts[0] == texts[1] and "X9." in texts[0][1]
+
+
+def test_backlash_by_the_way_by_which_an_axis_comes(tmp_path: Path) -> None:
+    """X stands 5 µm further on its way forth and 3 µm less on its way back."""
+    model, _ = known_machine(STRUCTURES["table-table AC"], 1.0)
+    term = Term(error_name("EXX"), both_ways=True)
+    loose = MachineModel(model.machine, (term,), np.array([0.005, -0.003]), np.zeros((2, 2)))
+    text = "G21 G90 G54\nG0 A0. C0.\nG43.4 H1 X0. Y0. Z5.\nX10. Z4.\nG1 A-5. F99.\nX4. A-6.\nY5. A-7.\nX5. A-8.\n"
+    written, _ = _compensated(tmp_path, loose, text)
+    assert [float(x) for x in re.findall(r"X([\d.]+)", written)] == pytest.approx([9.995, 4.003, 4.995], abs=2e-6)
 
 
 IN = "G21 G90 G54\nG0 A-10. C0.\n"

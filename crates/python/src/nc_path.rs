@@ -167,6 +167,11 @@ pub fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDi
     columns.set_item("tool_offset", column(py, tool_number))?;
     let subtracted = origins.iter().map(|origin| origin.tool_is_subtracted);
     columns.set_item("tool_offset_subtracted", column(py, subtracted))?;
+    let rotary = origins.iter().map(|origin| {
+        let [a, b, c, _] = origin.rotary.map(|angle| angle.unwrap_or(f64::NAN));
+        [a, b, c]
+    });
+    columns.set_item("rotary_deg", rows(py, rotary.collect())?)?;
     let turned = origins.iter().map(|origin| origin.turned);
     columns.set_item("turned", column(py, turned))?;
     let linear = origins.iter().map(|origin| origin.is_turned);

@@ -5,16 +5,15 @@ of the tip in the work; without it they are places of the machine's own axes.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.nc.edit.edit import number_said
 from trueloop.nc.program.along import said_ends
-from trueloop.nc.program.called import called
+from trueloop.nc.program.called import EDGES
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import CoordinateState, Motion, ToolPath
 from trueloop.nc.program.understood import require_plain_frame, require_seen, require_sound
@@ -94,8 +93,10 @@ class PoseMove:
         return next((word for word in self.block.words if word.letter == "F"), None)
 
 
-def may_turn_in_cut(program: Program) -> bool:
-    """Returns whether the text switches tool point control, or names another angle of a rotary axis at feed."""
+def may_turn_in_cut(program: Program, heads: Collection[str] = ()) -> bool:
+    """Returns whether the text switches tool point control, names another angle of a rotary axis at feed, or one away
+    from 0 of an axis that carries the tool (`heads`).
+    """
     switch, stated, rapid = _switch_of(program), dict[str, str](), True
     for block in program.blocks:
         rapid = _is_rapid(program, block, rapid)
@@ -103,6 +104,8 @@ def may_turn_in_cut(program: Program) -> bool:
             return True
         for word in block.words:
             if word.letter in set(ROTARY) and word.kind in ("number", "expression"):
+                if word.letter in heads and word.value != 0.0:
+                    return True
                 if not rapid and stated.get(word.letter) != word.text:
                     return True
                 stated[word.letter] = word.text
@@ -146,12 +149,15 @@ class FiveAxisPath:
             tool_point=self.tool_point,
         )
 
-    @property
-    def turns_in_cut(self) -> bool:
-        """Returns whether a rotary axis turns at feed, or the tool point is controlled in a move."""
+    def turns_in_cut(self, heads: Collection[str] = ()) -> bool:
+        """Returns whether a rotary axis turns at feed, the tool point is controlled in a move, or one of the axes that
+        carry the tool (`heads`) is away from 0 in a cut.
+        """
         last: tuple[float, ...] = (np.nan,) * 3
         for move in self.moves:
-            if move.tool_point or (not move.rapid and not set(ROTARY).isdisjoint(move.words) and move.end[3:] != last):
+            turns = not set(ROTARY).isdisjoint(move.words) and move.end[3:] != last
+            leans = any(move.end[LETTERS.index(head)] % 360.0 != 0.0 for head in heads)
+            if move.tool_point or (not move.rapid and (turns or leans)):
                 return True
             last = move.end[3:]
         return False
@@ -192,8 +198,8 @@ class _Reader:
     rapid: bool = True
     lost: set[str] = field(default_factory=lambda: set(LINEAR))
     offset: int = 0
-    called: int = 0
     switched: bool = True
+    frame: tuple[tuple[int, float], ...] = ((0, 0.0),) * 3
     came: dict[str, bool] = field(default_factory=lambda: dict.fromkeys(LETTERS, True))
 
     def __post_init__(self) -> None:
@@ -274,7 +280,9 @@ class _Reader:
     def _move(self, block: Block, own: range, state: int, said: np.ndarray) -> PoseMove:
         if len(own) > 1 or any(self.path.motion[k] not in (Motion.RAPID, Motion.LINE) for k in own):
             raise self._refusal(
-                block, "is no straight move: an arc, a cycle or a touch", "have it written in lines, without cycles"
+                block,
+                "is no straight move: an arc, a cycle or a touch",
+                "have it written in lines, or put what turns axes in cuts into a program of its own",
             )
         if self.tool_point is None:
             if not self.switch.stated:
@@ -288,15 +296,17 @@ class _Reader:
             self.tool_point = False
         words: dict[str, Word] = {}
         column = {name: values[state] for name, values in self.path.states.items()}
+        frame = tuple(zip(column["renamed"].tolist(), column["register_mm"].tolist(), strict=True))
+        moved = {letter for letter, old, new in zip(LINEAR, self.frame, frame, strict=True) if old != new}
+        self.lost, self.frame, self.switched = self.lost | moved, frame, self.switched or bool(moved)
         for word in block.words:
             if word.letter in set(ROTARY):
                 if word.letter not in self.rotary:
                     raise self._refusal(block, f"turns {word.letter}, which the machine has not", "take the word out")
-                angle = number_said(word)
-                increment = column["incremental"] if word.increment is None else word.increment
-                if increment or np.isnan(angle):
+                if column["incremental"] if word.increment is None else word.increment:
                     raise self._refusal(block, f"turns {word.letter} by {word.text}", "turn it to a number, by G90")
-                self.rotary[word.letter], words[word.letter] = angle, word
+                words[word.letter] = word
+                self.rotary[word.letter] = float(column["rotary_deg"][ROTARY.index(word.letter)])
         for k in own:
             require_plain_frame(self.path, [k])
             if self.path.compensation[k] != 40:
@@ -321,7 +331,7 @@ class _Reader:
             work_offset=int(column["work_offset"]),
             register_mm=tuple(column["register_mm"].tolist()),
             tool=int(column["tool"]),
-            offset=self._offset(own, column),
+            offset=self._offset(int(column["tool_offset"]), int(column["tool"])),
             state=CoordinateState(inch=bool(column["inch"]), diameter=bool(column["diameter"])),
             feed_mode=int(column["feed_mode"]),
             feed=float(column["feed"]),
@@ -333,15 +343,12 @@ class _Reader:
     def _goes(self, word: Word) -> bool:
         return word.text.upper() in ("L", "R0", "RL", "RR", "FMAX")
 
-    def _offset(self, own: range, column: Mapping[str, object]) -> int:
-        """Returns the number of the tool offset in force: that of the switch, else the one that the program calls."""
+    def _offset(self, called: int, tool: int) -> int:
+        """Returns the number of the tool offset in force: that of the switch, else that which the program calls."""
         if self.tool_point and self.offset:
             return self.offset
-        if own:
-            known = called(self.program.dialect, self.path, own[0])
-            without = self.path.tool_offset[own[0]] == 0 and not self.tool_point
-            self.called = 0 if known is None or without else known.number
-        return self.called
+        number = called // EDGES if self.program.dialect.edge_by_d else called
+        return number if number > 0 or not self.tool_point else tool
 
     def _refusal(self, block: Block, why: str, hint: str) -> TrueloopError:
         return Code.NC_MAP.refusal(

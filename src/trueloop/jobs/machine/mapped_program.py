@@ -228,9 +228,9 @@ def compensate_program(
 ) -> Mapped:
     """Writes `source` to `target` with COMP_MTG of the model, at the set-up's temperatures, in every position.
 
-    A program that turns rotary axes in its cuts, or controls the tool point, gets the tool's axis corrected as well.
-    The record is written beside it, as STEM.record.json. Raises what placing the program in the machine raises
-    (MCH-FRAME, MCH-TRAVEL, MCH-RANGE) and what `map_program` does; nothing is written then.
+    A program that turns rotary axes in its cuts, cuts with a turned head or controls the tool point gets the axis of
+    the tool corrected as well. The record is written beside it, as STEM.record.json. Raises what placing the program in
+    the machine raises (MCH-FRAME, MCH-TRAVEL, MCH-RANGE) and what `map_program` does; nothing is written then.
 
     >>> fitted = trueloop.fit_machine(
     ...     trueloop.example("machine/machine.toml"), [trueloop.example("machine/readings.csv")]
@@ -279,8 +279,8 @@ def _five_axis_path(
     dialect: str | None,
     parameters: Mapping[str, float],
 ) -> FiveAxisPath | None:
-    """Returns the moves of a program that turns rotary axes of the machine in its cuts or controls the tool point; None
-    of any other, and of one that calls programs in other files.
+    """Returns the moves of a program that turns rotary axes of the machine in its cuts, cuts with a turned head or
+    controls the tool point; None of any other, and of one that calls programs in other files.
     """
     rotary = [name for name in model.machine.chain.order if name in ROTARY]
     known = dialect_named(dialect or _dialect_of(source)).name
@@ -290,10 +290,11 @@ def _five_axis_path(
         if not survey_of(lines_of(source), known).rotary:
             return None
         program = read_program(b"".join(lines_of(source)), known, str(source), options.unit, options.decimals)
-        if not may_turn_in_cut(program):
+        heads = [axis.name for axis in model.machine.chain.tool if axis.name in rotary]
+        if not may_turn_in_cut(program, heads):
             return None
         stands = {name: math.degrees(setup.fixed.get(name, math.nan)) for name in rotary}
         path = five_axis_path(
             program, parameters, stands, skipped_blocks=options.skipped_blocks, tool_point=setup.tool_point
         )
-    return path if path.turns_in_cut else None
+    return path if path.turns_in_cut(heads) else None

@@ -4,6 +4,7 @@ The wanted pose is that which the machine without errors has at the programmed p
 with its errors has it. A cut that leaves it on its way by more than the tolerance becomes several.
 """
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, InvalidOperation
@@ -20,9 +21,17 @@ from trueloop.loops.machine.mapped_program import Mapped
 from trueloop.machine.correct import ANY_TOOL, HINT, UNKNOWN_WAY_MM, Setup, references_mm, require_way
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.validity import check_state
-from trueloop.machine.pose import PoseModel, Solved
+from trueloop.machine.pose import PoseModel
 from trueloop.nc.edit.changes import insert_heading, not_as_intended
-from trueloop.nc.edit.edit import Edit, apply_edits, coordinate_text, insert_blocks_after, insert_word, moved_word
+from trueloop.nc.edit.edit import (
+    Edit,
+    apply_edits,
+    coordinate_text,
+    insert_blocks_after,
+    insert_word,
+    moved_word,
+    number,
+)
 from trueloop.nc.field import looked_up, require_offsets
 from trueloop.nc.five_axis import LETTERS, LINEAR, ROTARY, FiveAxisPath, PoseMove
 from trueloop.nc.program.program import Program
@@ -36,6 +45,7 @@ PIECES: Final = 1000
 """The most blocks that one becomes."""
 
 _SHARES: Final = np.array([0.25, 0.5, 0.75])
+_AS_WRITTEN: Final = 1e-9
 _UNROUNDED_RAD: Final = 1e-12
 _DEGREES: Final = CoordinateState(inch=False, diameter=False)
 _TURN: Final = 360.0
@@ -147,12 +157,9 @@ class PoseCorrection:
 
     def _correct(self, places: Places, step_rad: float) -> Corrected:
         state = self.joints(places)
-        wanted, without = self.poses.nominal(state), self.poses.actual(state)
-        solved: Solved = self.poses.solve(wanted, state, step_rad)
-        at = replace(state, positions=solved.positions)
-        lean = np.linalg.norm(self.poses.actual(at).axis - wanted.axis, axis=1)
-        error = np.linalg.norm(without.tip_mm - wanted.tip_mm, axis=1)
-        return Corrected(self.words(places, at), solved.parallel, lean, error)
+        solved = self.poses.solve(self.poses.nominal(state), state, step_rad)
+        words = self.words(places, replace(state, positions=solved.positions))
+        return Corrected(words, solved.parallel, solved.lean_rad, solved.error_mm)
 
     def _state(self, places: Places, linear: Array, words: Array) -> State:
         chain = self.model.machine.chain
@@ -275,11 +282,18 @@ class _Writing:
     def write(self, move: PoseMove, ends: Array) -> None:
         """Writes the words of a move and the blocks that it becomes besides; `ends` (pieces, 6)."""
         index = move.block.index
+        if not move.follows:
+            self.stands.clear()  # what stood there is called otherwise now
         for letter in self.letters:
             value, state = float(ends[0][LETTERS.index(letter)]), _state_of(move, letter)
             if (word := move.words.get(letter)) is not None:
                 self.stands[letter] = move.end[LETTERS.index(letter)]
-                if self._differs(letter, value, move):
+                if not self._differs(letter, value, move):
+                    continue
+                if abs(word.value * state.unit_mm(letter) - self.stands[letter]) > _AS_WRITTEN:  # it counts steps
+                    text, self.stands[letter] = number(self.program.dialect, letter, value, state)
+                    self.edits.append(Edit(word.value_start, word.end, text))
+                else:
                     edit, by = moved_word(self.program, word, letter, value - self.stands[letter], state)
                     self.edits += [edit] if edit else []
                     self.stands[letter] += by
@@ -368,7 +382,8 @@ def correct_five_axis(
     for move, pieces in zip(rows, counts.tolist(), strict=True):
         _require_divisible(program, move, pieces)
     nodes = _nodes(places, counts, np.arange(len(rows)))
-    done = correction.correct(nodes.places, np.radians(program.dialect.step(False)))
+    step_rad = math.radians(program.dialect.step(False))
+    done = correction.correct(nodes.places, step_rad)
     lines = np.array([move.block.line for move in rows], dtype=np.int64)[nodes.move]
     _require_small(program, done, lines, options.limit_mm)
     _require_reached(program, correction, nodes.places, done, lines)
@@ -397,7 +412,10 @@ def correct_five_axis(
         not_run=len(path.not_run),
         first_not_run_line=min(path.not_run, default=0),
         unit=path.unit,
-        notes=(*_notes(correction, nodes.places, done, lines, cuts[nodes.move]), *_around(rows, cuts & around)),
+        notes=(
+            *_notes(correction, nodes.places, done, lines, cuts[nodes.move], step_rad),
+            *_around(rows, cuts & around),
+        ),
     )
 
 
@@ -477,13 +495,18 @@ def _require_as_intended(again: FiveAxisPath, writing: _Writing) -> None:
             raise not_as_intended(f"line {move.block.line} of the written program is {far:.6f} mm or ° from its place")
 
 
-def _notes(correction: PoseCorrection, places: Places, done: Corrected, lines: Integers, cuts: Flags) -> Iterator[str]:
+def _notes(
+    correction: PoseCorrection, places: Places, done: Corrected, lines: Integers, cuts: Flags, step_rad: float
+) -> Iterator[str]:
     """Yields what the correction leaves or changes that the user has to know."""
     chain, ends = correction.model.machine.chain, cuts | np.append(cuts[1:], False)
     unnamed = " ".join(name for name in chain.order if name in ROTARY and name not in correction.turning)
+    by_axes = ends & ~done.parallel
+    beyond = done.lean_rad > AXIS_TOLERANCE_RAD + 2.0 * step_rad
     for why, of in (
         ("the tool is within 1° of a rotary axis, which stays where it is", ends & done.parallel),
-        (f"the program names no word of {unnamed}, which stays", ends & ~done.parallel & bool(unnamed)),
+        (f"the program names no word of {unnamed}, which stays", by_axes & bool(unnamed)),
+        ("no rotary axis turns the tool where it has to", by_axes & beyond & (not unnamed)),
     ):
         if of.any():
             worst = int(np.where(of, done.lean_rad, -1.0).argmax())
