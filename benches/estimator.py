@@ -6,9 +6,9 @@ import numpy as np
 
 from benches.ratio import Contender, compare, verdict
 from trueloop.estimate.sizes import _KNOWN
-from trueloop.memory.edge import state as of_edge
+from trueloop.memory.edge import learnt as of_edge
+from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.memory.edge.predict import expect
-from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import CutErrors, MadePart
 
 TYPES = 10

@@ -13,9 +13,9 @@ from trueloop.arrays import Array
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop_lab.loops.turned import Trial, finish, measured_part, semifinish_and_probe, simulate, trial_of
+from trueloop_lab.simulator.machine import REACH_MM, sweep
 from trueloop_lab.simulator.nose import Nose
 from trueloop_lab.simulator.presets import nist
-from trueloop_lab.simulator.process import REACH_MM, sweep
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SEGMENTS = 10_000

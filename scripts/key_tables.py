@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 from trueloop.described import meanings
 from trueloop.domain.option import unit_of
 from trueloop.formats import cell_toml
-from trueloop.formats.jobs import correction_tables, job, milled_job, part_tables, probe_toml, surface_job, tool_tables
+from trueloop.formats.jobs import job, milled_job, part_tables, probe_toml, surface_job, tool_tables
 from trueloop.formats.toml_tables import In
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, PartDiagnosisShape, SeriesDiagnosisShape
@@ -40,10 +40,10 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[feature.NAME]": tool_tables.CutByTable,
         "[[setups]]": tool_tables.SetupTable,
         "[programs]": tool_tables.ProgramsTable,
-        "[gauging]": correction_tables.GaugingTable,
-        "[compensation]": correction_tables.CompensationTable,
-        "[compensation.features.NAME]": correction_tables.FeatureFitTable,
-        "[machine]": correction_tables.MachineTable,
+        "[gauging]": job.GaugingTable,
+        "[compensation]": job.CompensationTable,
+        "[compensation.features.NAME]": job.FeatureFitTable,
+        "[machine]": job.MachineTable,
         "[output]": job.OutputTable,
         "[report]": job.ReportTable,
         "[store]": job.StoreTable,

@@ -19,7 +19,7 @@ from scripts.running_lathe import RunningLathe, running_lathe
 from trueloop.controllers.linuxcnc.cell.decide import ControlNow, Doing
 from trueloop.controllers.linuxcnc.cell.journal import known, read
 from trueloop.controllers.linuxcnc.cell.linuxcnc import LinuxCnc
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.controllers.linuxcnc.realtime.signals.component import linuxcnc_module
 from trueloop.domain.factory import BlockKind
 
 HOME_MM: Final = (300.0, 100.0)

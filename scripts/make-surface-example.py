@@ -10,7 +10,7 @@ from tests.support.surfaces import points_to_csv
 from trueloop.formats.cad.step import write_surface
 from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.nc.program.dialect import dialect_named
-from trueloop_lab.simulator.process import published_process
+from trueloop_lab.simulator.machine import published_process
 from trueloop_lab.simulator.zigzag import ZigzagOptions, program_text, zigzag
 
 FOLDER = Path(__file__).parents[1] / "examples" / "surface"

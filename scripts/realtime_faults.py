@@ -20,8 +20,7 @@ from trueloop.arrays import Array, Flags
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.term import Part, chain_of, segments, turning_terms
-from trueloop.realtime.bank import SignalLimits, bank_of, signals_of
-from trueloop.realtime.image import Identity, Image, RealTimeLimits
+from trueloop.realtime.image import Identity, Image, RealTimeLimits, SignalLimits, bank_of, signals_of
 from trueloop.realtime.judge import travel_ways
 from trueloop_lab.linuxcnc.realtime import session
 from trueloop_lab.linuxcnc.realtime.session import Driven, Setup, Step, put, sleep

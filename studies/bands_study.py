@@ -17,8 +17,8 @@ import numpy as np
 from trueloop.arrays import Array, Flags
 from trueloop.estimate.catalogue import turned_catalogue
 from trueloop.estimate.places import Places
+from trueloop.memory.edge.learnt import IN_FULL, places_of
 from trueloop.memory.edge.predict import expect, predict
-from trueloop.memory.edge.state import IN_FULL, places_of
 from trueloop.memory.made_part import CutErrors, MadePart
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "journeys"))

@@ -22,9 +22,9 @@ from trueloop.loops.batch import run_batch
 from trueloop.turned.characteristics.measurand import Measurand, measurand, profile_has
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop_lab.loops.turned import SimulatedPart, Trial, simulate, trial_of
+from trueloop_lab.simulator.machine import Repeatability
 from trueloop_lab.simulator.nose import SAME, Transfer
 from trueloop_lab.simulator.presets import Workshop, nist
-from trueloop_lab.simulator.process import Repeatability
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "tolerances.md"

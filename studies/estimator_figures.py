@@ -19,8 +19,8 @@ from studies.replay.page import cut_um, inside, left_um
 from studies.replay.replay import Predicted, Replayed, replay
 from trueloop.estimate.catalogue import turned_catalogue
 from trueloop.estimate.term import Catalogue
+from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.memory.edge.predict import expect
-from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import MadePart
 
 MODBAS2, PIECS11 = slice(1, 4), slice(5, 10)
@@ -87,7 +87,7 @@ def _priors_times(factor: float) -> Iterator[None]:
         sizes = {n: p if n in kept else replace(p, median=factor * p.median) for n, p in known.priors.items()}
         return replace(known, priors=sizes)
 
-    with patch("trueloop.memory.edge.state.turned_catalogue", scaled):
+    with patch("trueloop.memory.edge.learnt.turned_catalogue", scaled):
         yield
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from studies.memory_level_study import SEED, rms_um
 from studies.memory_notice_study import THREE, part_of
 from trueloop.arrays import Array, Integers
+from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.memory.edge.predict import expect
-from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop_lab.simulator.series import Series, Shop, draw
 

@@ -28,18 +28,26 @@ from trueloop.loops.batch import run_batch
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.turned.compensation.contour import CentrePiece
+from trueloop.turned.compensation.displaced import CentrePiece
 from trueloop.turned.readings.matches import match_by_name
 from trueloop.turned.readings.vectors import with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging
 from trueloop.units import UM_PER_MM
 from trueloop_lab.loops.turned import finish_along, finishing_machine, random_of
-from trueloop_lab.simulator.machine import ErrorTerm, MachineError, VirtualMachine, VirtualProbe
+from trueloop_lab.simulator.machine import (
+    Backlash,
+    Deflection,
+    ErrorTerm,
+    MachineError,
+    Repeatability,
+    Stock,
+    VirtualMachine,
+    VirtualProbe,
+)
 from trueloop_lab.simulator.mill import VirtualCmm
 from trueloop_lab.simulator.nose import CentrePath, Nose, Transfer, path_along, path_of_positions
 from trueloop_lab.simulator.presets import Workshop
-from trueloop_lab.simulator.process import Backlash, Deflection, Repeatability, Stock
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "measurements.md"

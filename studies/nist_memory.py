@@ -18,7 +18,7 @@ from scripts.nist_table import corrected
 from studies.replay.replay import Predicted, Replayed, replay
 from trueloop.arrays import Flags
 from trueloop.loops.turned.deviations import cut_errors
-from trueloop.memory.edge.state import MemoryOptions
+from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors

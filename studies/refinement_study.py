@@ -28,7 +28,7 @@ from trueloop.machine.refine.refine import Refined, left_by, refine
 from trueloop.statistics import rms
 from trueloop_lab.realtime.demo import angles_csv, lengths_csv, signals_csv
 from trueloop_lab.simulator.lathe import UNTIL_S, WarmLathe, WarmUp, measured_day, warm_up
-from trueloop_lab.simulator.process import Backlash
+from trueloop_lab.simulator.machine import Backlash
 
 Fault = Callable[[Array, Array, WarmUp], Array]
 """Slides (n, 2), tool (2,), warmth: what the tool point is off by besides, (n, 2) in x, z, as seen from the work."""

@@ -24,9 +24,9 @@ from trueloop.nc.program.program import Program
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 from trueloop_lab.loops.turned import Trial, finishing_machine, probe_part, random_of, true_errors_mm
+from trueloop_lab.simulator.machine import Repeatability, Stock
 from trueloop_lab.simulator.nose import SAME, CentrePath, Nose, path_along
 from trueloop_lab.simulator.presets import TOOL_MM_PER_N, WORN_AT_DEG, WORN_BY_UM, Workshop, workshop_of
-from trueloop_lab.simulator.process import Repeatability, Stock
 
 GROOVE_NOSE_MM: Final = 0.2
 GROOVE_WIDTH_MM: Final = 2.5

@@ -29,9 +29,9 @@ from trueloop.turned.fit.between_cuts import NONE
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 from trueloop_lab.loops.turned import Trial, simulate, trial_of
+from trueloop_lab.simulator.machine import Repeatability
 from trueloop_lab.simulator.nose import SAME
 from trueloop_lab.simulator.presets import Workshop, nist
-from trueloop_lab.simulator.process import Repeatability
 
 ROOT: Final = Path(__file__).parents[1]
 SIGMAS_UM: Final = (0.5, 1.2, 3.0)

@@ -27,8 +27,8 @@ from trueloop.loops.batch import run_batch
 from trueloop.statistics import rms
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.units import UM_PER_MM
-from trueloop_lab.loops.study import Study, study
-from trueloop_lab.loops.turned import Trial, simulate, trial_of
+from trueloop_lab.loops.turned import Study, Trial, simulate, study, trial_of
+from trueloop_lab.simulator.machine import Repeatability
 from trueloop_lab.simulator.nose import SAME, Nose
 from trueloop_lab.simulator.presets import (
     NOSE_RADIUS_MM,
@@ -39,7 +39,6 @@ from trueloop_lab.simulator.presets import (
     nist,
     workshop_of,
 )
-from trueloop_lab.simulator.process import Repeatability
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "simulator-study.md"

@@ -14,7 +14,7 @@ from studies.surface_truths import GRID, NEAR, SQUARE
 from trueloop.arrays import Array
 from trueloop.surface.pattern.pattern import pattern_of
 from trueloop.surface.separation.separate import separate
-from trueloop_lab.simulator.process import (
+from trueloop_lab.simulator.machine import (
     EXTREME_MM,
     EXTREME_OF_625,
     LEAST_MM,

@@ -18,7 +18,7 @@ from trueloop.surface.pattern.pattern import pattern_of
 from trueloop.surface.separation.separate import Separation, of_size, separate
 from trueloop.surface.separation.spline_surface import Size
 from trueloop.units import UM_PER_MM
-from trueloop_lab.simulator.process import EXTREME_OF_625, published_process
+from trueloop_lab.simulator.machine import EXTREME_OF_625, published_process
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "surface-study.md"
 FIRST_SEED: Final = 400_000

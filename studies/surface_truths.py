@@ -7,8 +7,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.places import Places
-from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop.surface.separation.spline_surface import Places, Size, SplineSurface
 
 GRID: Final = np.linspace(0.0, 1.0, 25)
 SIDE_MM: Final = 50.0

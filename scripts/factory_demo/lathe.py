@@ -17,8 +17,7 @@ import numpy as np
 from scripts.factory_demo.truth import Metal
 from scripts.running_lathe import RunningLathe, running_lathe
 from trueloop.controllers.linuxcnc.cell.linuxcnc import Task
-from trueloop_lab.linuxcnc.component import virtual_part
-from trueloop_lab.linuxcnc.session import ProbedPart
+from trueloop_lab.linuxcnc.session import ProbedPart, virtual_part
 from trueloop_lab.simulator.machine import VirtualProbe
 
 PROBE: Final = VirtualProbe(1.5, pre_travel_mm=0.004, lobing_mm=0.0005)
@@ -49,7 +48,7 @@ setp constant.0.value 20
 TEMPERATURE_PIN: Final = "constant.0.out"
 _MODULE: Final = """
 import sys
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.controllers.linuxcnc.realtime.signals.component import linuxcnc_module
 linuxcnc = linuxcnc_module("linuxcnc")
 command = linuxcnc.command()
 """

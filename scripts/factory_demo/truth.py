@@ -14,9 +14,8 @@ from scripts.factory_demo.parts import ALLOWANCE_MM, NOSE_MM, PartKind
 from trueloop.arrays import Array
 from trueloop.geometry.offset import nose_centre_path
 from trueloop_lab.loops.linuxcnc import paths_near_part, surface_mm
-from trueloop_lab.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, VirtualMachine
+from trueloop_lab.simulator.machine import REFERENCE_C, ErrorTerm, MachineError, Repeatability, Stock, VirtualMachine
 from trueloop_lab.simulator.nose import Nose, Transfer, path_along
-from trueloop_lab.simulator.process import Repeatability, Stock
 
 AT_DEG: Final = (0.0, 18.0, 36.0, 54.0, 72.0, 90.0, 108.0)
 CORNERS_UM: Final = {"1": (-2.0, -9.0, -24.0, -31.0, -22.0, -6.0, 2.0), "2": (1.0, 4.0, -3.0, -12.0, -15.0, -9.0, -3.0)}

@@ -20,7 +20,7 @@ from trueloop.turned.touches.touches import error_vectors as error_vectors
 from trueloop.turned.options import Options as Options
 from trueloop.domain.option import Limits as Limits
 from trueloop.loops.turned.process_intermittent import compensate as compensate
-from trueloop.report.turned.features import feature_summaries as feature_summaries
+from trueloop.report.turned.summary import feature_summaries as feature_summaries
 from trueloop.report.turned.correction_json import correction_as_dict as correction_as_dict
 from trueloop.formats.tables.control_tables import table_to_csv as table_to_csv
 from trueloop.jobs.turned.compensate import write_correction as write_correction
@@ -74,8 +74,8 @@ from trueloop.jobs.series import stored_inspections as stored_inspections
 from trueloop.jobs.series import follow_series as follow_series
 from trueloop.jobs.monitor.charts import control_charts as control_charts
 from trueloop.jobs.monitor.certificate import certify_part as certify_part
-from trueloop.jobs.diagnose.diagnosed import series_causes as series_causes
-from trueloop.jobs.diagnose.diagnosed import part_causes as part_causes
+from trueloop.jobs.diagnose.seen_series import series_causes as series_causes
+from trueloop.jobs.diagnose.seen_series import part_causes as part_causes
 from trueloop.jobs.measure.next_measurement import plan_measurements as plan_measurements
 from trueloop.report.shape import to_frame as to_frame
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from trueloop.arrays import Array, by_content
 from trueloop.errors import Code, TrueloopError
+from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.memory.edge.predict import expect
-from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import MadePart
 
 HALF_WIDTH: Final = 1.96

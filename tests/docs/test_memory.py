@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from trueloop.estimate.catalogue import PRIORS
-from trueloop.memory.edge.state import MemoryOptions
+from trueloop.memory.edge.learnt import MemoryOptions
 
 PAGE = (Path(__file__).parents[2] / "docs" / "memory.md").read_text(encoding="utf-8")
 UNITS = {"µm": 1e-3, "°": math.radians(1.0), "µm/100 mm": 1e-5, "of it": 1.0, "of 1": 1.0}

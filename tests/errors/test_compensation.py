@@ -19,7 +19,7 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.program import read_program
-from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
+from trueloop.turned.compensation.displaced import centre_pieces, shifted_contour
 from trueloop.turned.compensation.shift import sampled
 from trueloop.turned.options import Options
 from trueloop.turned.program.read_back import check_contour

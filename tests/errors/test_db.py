@@ -8,10 +8,9 @@ from pathlib import Path
 from trueloop.domain.life import InspectionLink
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code
-from trueloop.jobs.db.checked import check_store
 from trueloop.jobs.db.copied import read_export
 from trueloop.jobs.db.found import named
-from trueloop.jobs.db.imported import InspectionOptions, import_files
+from trueloop.jobs.db.imported import InspectionOptions, check_store, import_files
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.opened import make_store
 from trueloop.storage.store import keep, open_store

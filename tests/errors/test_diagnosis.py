@@ -18,8 +18,14 @@ from trueloop.domain.tool import Machine
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.measured_file import StatedFacts
 from trueloop.formats.tables.model_file import read_model
-from trueloop.jobs.diagnose.both import both_of_machine, cut_under_others, given_model
-from trueloop.jobs.diagnose.records import keep_standard, part_named, standard_of
+from trueloop.jobs.diagnose.records import (
+    both_of_machine,
+    cut_under_others,
+    given_model,
+    keep_standard,
+    part_named,
+    standard_of,
+)
 from trueloop.loops.diagnosis.left_on_parts import BothSeen, checked, residuals, states_of
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import chain_of

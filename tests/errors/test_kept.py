@@ -11,12 +11,12 @@ from trueloop.domain.part import Part
 from trueloop.errors import Code
 from trueloop.jobs.measure.keep_measured import no_edge, require_stage
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.store.finish_cut import CutStatement, correction_of
 from trueloop.jobs.store.history import errors_of, order_in_doubt
 from trueloop.jobs.store.keep_correction import without_inspection
+from trueloop.jobs.store.keep_facts import CutStatement, correction_of
 from trueloop.jobs.store.of_this_part import other_points, require_later, require_size
+from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.loops.turned.provenance import enveloped
-from trueloop.loops.turned.taken_off import program_that_ran
 from trueloop.storage.store import Store, keep, open_store
 
 SERIAL = "2511.161"

@@ -6,9 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from trueloop.controllers.links.focas import Focas
-from trueloop.controllers.links.folder import Folder, named_in
+from trueloop.controllers.links.folder import Folder, checked_name, named_in
 from trueloop.controllers.links.line import Line, encoded
-from trueloop.controllers.links.link import checked_name
 from trueloop.errors import Code
 from trueloop.formats.links_toml import read_link
 from trueloop.jobs.links import Opened, send

@@ -9,8 +9,8 @@ from tests.unit.memory.edge.parts import ANGLES, series
 from trueloop.domain.life import Stage
 from trueloop.errors import Code
 from trueloop.jobs.store.keep_facts import alarms_of
+from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.memory.edge.predict import expect
-from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import CutErrors
 from trueloop.memory.noticing import notice_part
 

@@ -14,10 +14,9 @@ from trueloop.formats.jobs.probe_toml import read_probe
 from trueloop.formats.measurements.touches_csv import read_probe_log
 from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
-from trueloop.probing.calibration import BallCalibration, calibrate
+from trueloop.probing.calibration import BallCalibration, Stylus, calibrate
 from trueloop.probing.probe_match import match_touches, match_trials
 from trueloop.probing.probe_plan import SecondTouch
-from trueloop.probing.stylus import Stylus
 
 PLAN = plan_of(STEP, {"cylinder": 3, "face": 2})
 CENTRES = np.array([touch.contact_mm for touch in PLAN.touches])

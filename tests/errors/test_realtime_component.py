@@ -12,8 +12,8 @@ from trueloop.controllers.linuxcnc.realtime.hal_lines import wiring
 from trueloop.controllers.linuxcnc.realtime.install import check_symbols, check_version, compiled
 from trueloop.errors import Code, TrueloopError
 from trueloop.realtime.image import Bank, Identity, Image, RealTimeLimits
-from trueloop_lab.linuxcnc.component import source
 from trueloop_lab.linuxcnc.realtime.session import with_entries
+from trueloop_lab.linuxcnc.session import source
 
 MOVES = ((-500.0, 2000.0), (-1.0, 1.0), (-2000.0, 2000.0))
 """Travel of the virtual lathe: X and Z as its limits are, and no Y."""

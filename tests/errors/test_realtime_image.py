@@ -18,7 +18,7 @@ from trueloop.jobs.realtime.image import ImageOptions, make_image
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of
-from trueloop.realtime.bank import SignalLimits, bank_of, signals_of
+from trueloop.realtime.image import SignalLimits, bank_of, signals_of
 
 
 def growing(*signals: str, **identified: tuple[float, float]) -> MachineModel:

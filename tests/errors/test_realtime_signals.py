@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from tests.support.files import read_as_file
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import Pins, linuxcnc_module
+from trueloop.controllers.linuxcnc.realtime.signals.component import Pins, linuxcnc_module
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.realtime.signals_toml import read_signals
 

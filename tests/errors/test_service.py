@@ -17,9 +17,8 @@ from trueloop.server.apart.reading import not_read
 from trueloop.server.gates import too_large
 from trueloop.server.guarded import asked_of, require_origin
 from trueloop.server.identity import accounts, attempts, keys, sessions
-from trueloop.server.identity.oidc import SignIns
-from trueloop.server.identity.provider import Oidc, require_safe_issuer
-from trueloop.server.identity.who import Who
+from trueloop.server.identity.keys import Who
+from trueloop.server.identity.oidc import Oidc, SignIns, require_safe_issuer
 from trueloop.server.routes import shown
 from trueloop.server.run import Listening, listen, require_safe
 from trueloop.server.settings import Settings, require_packages

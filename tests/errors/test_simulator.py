@@ -11,8 +11,7 @@ from tests.support.files import read_as_file
 from tests.support.probing import EXAMPLES
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.surface.job import read_surface
-from trueloop_lab.files.job import workshop_and_trial
-from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
+from trueloop_lab.files.virtual_machine_toml import read_virtual_machine, workshop_and_trial
 from trueloop_lab.linuxcnc import session
 from trueloop_lab.loops.linuxcnc import drive_part
 from trueloop_lab.loops.surface import surface_trial

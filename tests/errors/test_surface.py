@@ -31,9 +31,8 @@ from trueloop.surface.deviations.deviations import inside_trim, sampling_advice,
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.pattern import pattern_of
-from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import of_size, separate
-from trueloop.surface.separation.spline_surface import Size
+from trueloop.surface.separation.spline_surface import Places, Size
 from trueloop_lab.simulator.zigzag import ZigzagOptions, zigzag
 
 SURFACE = wavy_surface()

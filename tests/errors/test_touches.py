@@ -12,8 +12,7 @@ from trueloop.formats.measurements.touches_csv import read_touches
 from trueloop.geometry.feature import Line, Point
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.plausibility import check_loop_sign
-from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop.turned.touches.touches import Gauging, check_loop_sign, error_vectors
 
 STEP = checked_profile([Line("cylinder", (40.0, 0.0), (40.0, 30.0)), Line("face", (40.0, 30.0), (10.0, 30.0))])
 ON_CYLINDER: tuple[Point, ...] = ((40.0, 5.0), (40.0, 15.0), (40.0, 25.0))

@@ -14,7 +14,7 @@ from tests.support.correction import example_correction, example_inputs, size_er
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.report.turned.decisions import by_tool_as_dict, by_tool_block, by_tool_lines
+from trueloop.report.turned.touch_table import by_tool_as_dict, by_tool_block, by_tool_lines
 from trueloop.turned.options import By
 from trueloop.turned.program.by_tool import ByTool, MovedFeature
 

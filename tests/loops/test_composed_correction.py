@@ -32,19 +32,17 @@ from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions, sources_of
-from trueloop.jobs.diagnose.seen_series import parts_of
+from trueloop.jobs.diagnose.seen_series import DiagnosisOptions, parts_of, sources_of
 from trueloop.jobs.store.opened import open_store
 from trueloop.loops.turned.part_on_machine import PartOnMachine, check_composed
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
-from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
+from trueloop.turned.compensation.displaced import centre_pieces, shifted_contour
 from trueloop.turned.compensation.shift import ZERO as STAYS
 from trueloop.turned.compensation.shift import sampled
 from trueloop_lab.loops.turned import simulate, trial_of
-from trueloop_lab.simulator.machine import ErrorTerm, MachineError
+from trueloop_lab.simulator.machine import ErrorTerm, MachineError, Repeatability
 from trueloop_lab.simulator.presets import Workshop, nist
-from trueloop_lab.simulator.process import Repeatability
 
 NOSE_MM = 0.8
 BALL_MM = 1.5

@@ -23,8 +23,8 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.store.opened import Choice, Keeping
 from trueloop.jobs.turned.compensate import Done, compensate_and_keep
 from trueloop.loops.turned.finished_parts import _used, recorded_series
+from trueloop.loops.turned.made_parts import moved_mm, taken_off_sizes_mm
 from trueloop.loops.turned.next_measurement import OfSeries
-from trueloop.loops.turned.taken_off import moved_mm, taken_off_sizes_mm
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors
 

@@ -19,14 +19,12 @@ from tests.support.probing import EXAMPLES
 from trueloop.arrays import Array
 from trueloop.cli.terminal import ExitStatus
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop_lab.files.job import workshop_and_trial
-from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
+from trueloop_lab.files.virtual_machine_toml import read_virtual_machine, workshop_and_trial
 from trueloop_lab.linuxcnc import session
-from trueloop_lab.linuxcnc.component import source
-from trueloop_lab.linuxcnc.session import cut
+from trueloop_lab.linuxcnc.session import cut, source
 from trueloop_lab.loops.turned import simulate
+from trueloop_lab.simulator.machine import Repeatability
 from trueloop_lab.simulator.presets import nist
-from trueloop_lab.simulator.process import Repeatability
 
 UM = 1e-3
 LOOP = EXAMPLES / "loop"

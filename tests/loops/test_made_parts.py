@@ -16,9 +16,8 @@ from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import TrueloopError
 from trueloop.loops.turned.correction import Correction, Inputs
-from trueloop.loops.turned.made_parts import made_part
+from trueloop.loops.turned.made_parts import made_part, program_that_ran, taken_off_mm
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.loops.turned.taken_off import program_that_ran, taken_off_mm
 from trueloop.nc.match.matching import match_contour
 from trueloop.nc.program.along import feed_moves
 from trueloop.turned.touches.error_vectors import ErrorVectors

@@ -15,7 +15,7 @@ from trueloop.errors import TrueloopError
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.made_parts import points_to_keep
 from trueloop.loops.turned.provenance import CODEC, enveloped
-from trueloop.memory.edge.state import IN_FULL
+from trueloop.memory.edge.learnt import IN_FULL
 from trueloop.memory.made_part import CutErrors, MadePart
 from trueloop_lab.loops.turned import Trial, trial_of
 

@@ -13,12 +13,10 @@ from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import contact_angle_rad
 from trueloop.jobs.turned.job import read_job
 from trueloop.turned.fit.between_cuts import NONE
-from trueloop_lab.loops.study import Study, study
-from trueloop_lab.loops.turned import Trial, calibrated, simulate, trial_of
-from trueloop_lab.simulator.machine import ErrorTerm, MachineError
+from trueloop_lab.loops.turned import Study, Trial, calibrated, simulate, study, trial_of
+from trueloop_lab.simulator.machine import ErrorTerm, MachineError, Repeatability
 from trueloop_lab.simulator.nose import SAME
 from trueloop_lab.simulator.presets import Workshop, nist
-from trueloop_lab.simulator.process import Repeatability
 
 PARTS = ("facetst", "modbas2", "piecs11")
 UM = 1e-3

@@ -4,7 +4,7 @@ import numpy as np
 
 from studies.simulated_edges import GROOVE_NOSE_MM, grooving
 from studies.simulator_families import groove
-from trueloop_lab.simulator.process import Repeatability
+from trueloop_lab.simulator.machine import Repeatability
 
 
 def test_what_repeats_is_taken_out_of_what_each_edge_cuts() -> None:

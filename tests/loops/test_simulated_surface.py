@@ -15,10 +15,10 @@ from trueloop.nc.program.program import read_program
 from trueloop.statistics import rms
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.shift import SurfaceJob
-from trueloop_lab.files.job import mill_and_trial
+from trueloop_lab.files.virtual_machine_toml import mill_and_trial
 from trueloop_lab.loops.surface import SimulatedSurface, SurfaceTrial, simulate_surface, surface_trial
+from trueloop_lab.simulator.machine import SurfaceProcess
 from trueloop_lab.simulator.mill import EndMill, VirtualMill
-from trueloop_lab.simulator.process import SurfaceProcess
 from trueloop_lab.simulator.zigzag import ZigzagOptions, program_text, zigzag
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface"

@@ -18,9 +18,9 @@ from trueloop.surface.compensation.shift import corrected_surface
 from trueloop.surface.deviations.deviations import surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import averaged_over_cells, separate
-from trueloop_lab.simulator.process import published_process
+from trueloop.surface.separation.spline_surface import Places
+from trueloop_lab.simulator.machine import published_process
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
 

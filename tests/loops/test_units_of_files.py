@@ -17,9 +17,8 @@ from trueloop.turned.fit.chain_fit import TangentPolicy
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
 from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
-from trueloop_lab.simulator.machine import ErrorTerm, VirtualProbe
+from trueloop_lab.simulator.machine import Backlash, Deflection, ErrorTerm, Repeatability, VirtualProbe
 from trueloop_lab.simulator.mill import VirtualCmm
-from trueloop_lab.simulator.process import Backlash, Deflection, Repeatability
 
 COMPENSATION = """
 [compensation]

@@ -10,8 +10,8 @@ from tests.support.envelope_reference import entries
 from trueloop._core import NoseSweep
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Arc, contact_angle_rad
+from trueloop_lab.simulator.machine import Stock, sweep
 from trueloop_lab.simulator.nose import Nose, path_along
-from trueloop_lab.simulator.process import Stock, sweep
 
 NANOMETRE = 1e-6
 FAR = 100.0

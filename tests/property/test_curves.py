@@ -8,8 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.support.curves import curves
-from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_building import moved_out, part_of
+from trueloop.geometry.curve import Curve, moved_out, part_of
 from trueloop.geometry.curve_kinds import b_spline, spline_of
 from trueloop.geometry.feature import Line
 from trueloop.geometry.intersection import intersections

@@ -20,8 +20,8 @@ from tests.support.factory import AT, BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SE
 from trueloop.domain.factory import BlockKind, Conditions, FactKind, PartState, Run, RunFact, StepState
 from trueloop.errors import TrueloopError
 from trueloop.factory import requests as ask
-from trueloop.factory.decisions import people, plan, runs
-from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
+from trueloop.factory.decisions import plan, runs
+from trueloop.factory.decisions.plan import Candidate, CorrectionFacts, MachineFacts
 from trueloop.factory.known import Changes, Offer, OrderNow
 
 WALKS, STEPS = 200, 150
@@ -148,7 +148,7 @@ class Shop:
 
     def a_person_holds(self) -> None:
         part = self.random.choice(self.order.parts)
-        self._try(lambda: people.hold(self.order, ask.Hold(self.order.order.id, part.row, "look"), OPERATOR, self.now))
+        self._try(lambda: runs.hold(self.order, ask.Hold(self.order.order.id, part.row, "look"), OPERATOR, self.now))
 
     def a_person_decides(self, reject: bool) -> None:
         """Who looks at the part sees whether it was cut, once the machine stands."""
@@ -159,7 +159,7 @@ class Shop:
         verdict: ask.Verdict = "reject" if reject else "made" if cut else "not-made"
         request = ask.DecideStep(self.order.order.id, part.row, step.no, verdict, "looked at it")
         self.decided += 1
-        self._try(lambda: people.decide_step(self.order, request, OPERATOR, self.now))
+        self._try(lambda: runs.decide_step(self.order, request, OPERATOR, self.now))
 
     def a_worker_corrects(self) -> None:
         for part in self.order.parts:
@@ -174,13 +174,13 @@ class Shop:
             source = BLOCKS[3].program_sha256
             self.corrections[name] = CorrectionFacts(name, (part.value.identity,), source, sha, probe)
             request = ask.StepCorrected(self.order.order.id, part.row, step.no, probe, name, sha, "")
-            self._try(partial(people.step_corrected, self.order, request, SERVICE, self.now))
+            self._try(partial(runs.step_corrected, self.order, request, SERVICE, self.now))
 
     def a_person_takes_parts_out(self) -> None:
         for part in self.order.parts:
             if part.next is not None and part.next.kind in (BlockKind.REMOVE, BlockKind.RELEASE):
                 request = ask.RecordStep(self.order.order.id, part.row, part.next.no, "done")
-                self._try(partial(people.record_step, self.order, request, ENGINEER, self.now))
+                self._try(partial(runs.record_step, self.order, request, ENGINEER, self.now))
 
     def the_clock_jumps(self) -> None:
         self.now += timedelta(seconds=self.random.randint(-3600, 3600))

@@ -23,8 +23,8 @@ from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.measure.probing import read_probing
+from trueloop.probing.calibration import CHORD_MM, Stylus, stock_obstacle
 from trueloop.probing.probe_plan import ProbePlan, SecondTouch
-from trueloop.probing.stylus import CHORD_MM, Stylus, stock_obstacle
 
 MICROMETRE = 1e-3
 ROUNDED_MM = 3e-4  # coordinates to 1e-5 in

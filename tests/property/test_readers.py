@@ -23,8 +23,7 @@ from trueloop.formats.measurements.readings_csv import read_readings
 from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.measurements.touches_csv import read_probe_log, read_touches
 from trueloop.formats.tables.model_file import read_model
-from trueloop_lab.files.job import read_virtual_mill
-from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
+from trueloop_lab.files.virtual_machine_toml import read_virtual_machine, read_virtual_mill
 
 
 def _example(name: str) -> str:

@@ -21,8 +21,7 @@ from tests.support.served import served
 from tests.support.service import API, PASSWORD, Caller, Running, problem
 from trueloop.factory.shown.programs import proposal_views
 from trueloop.server.access import ACCESS
-from trueloop.server.identity.keys import NewKey, add_key
-from trueloop.server.identity.who import ROLES
+from trueloop.server.identity.keys import ROLES, NewKey, add_key
 from trueloop.storage.factory_tables import IDEMPOTENCY
 from trueloop.storage.store import Store
 

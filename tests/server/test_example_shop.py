@@ -10,7 +10,7 @@ from trueloop.cli.terminal import ExitStatus
 from trueloop.errors import TrueloopError
 from trueloop.factory.shown.orders import order_rows, today
 from trueloop.factory.shown.programs import proposal_views
-from trueloop.jobs.db.checked import check_store
+from trueloop.jobs.db.imported import check_store
 from trueloop.jobs.store.opened import open_store
 from trueloop_lab.example_shop import make_example_shop
 

@@ -15,7 +15,7 @@ from tests.support.refusals import refused
 from tests.support.service import Caller, Clock, Running, problem, started
 from trueloop.errors import Code
 from trueloop.server.identity.accounts import Change, change_account, subject_of
-from trueloop.server.identity.provider import Oidc, Provider, require_safe_issuer
+from trueloop.server.identity.oidc import Oidc, Provider, require_safe_issuer
 from trueloop.server.settings import Settings
 from trueloop.storage.factory_tables import ACCOUNT
 from trueloop.storage.store import Store

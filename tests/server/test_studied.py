@@ -9,8 +9,8 @@ import pytest
 from tests.support.full_shop import full_shop
 from tests.support.series import inspection
 from tests.support.service import Running, problem
-from trueloop.jobs.diagnose import diagnosed
-from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
+from trueloop.jobs.diagnose import seen_series
+from trueloop.jobs.diagnose.seen_series import DiagnosisOptions
 from trueloop.jobs.monitor.charts import control_charts
 from trueloop.loops.monitor.chart import ChartOptions
 from trueloop.report.texts.texts import german
@@ -41,9 +41,9 @@ def test_charts_are_those_of_the_command(service: Running) -> None:
 def test_diagnoses_are_those_of_the_command(service: Running) -> None:
     full_shop(service.store)
     vera = service.signed_in("viewer")
-    of_type = diagnosed.series(service.store, DiagnosisOptions("SHAFT"))
+    of_type = seen_series.series(service.store, DiagnosisOptions("SHAFT"))
     assert vera.get("diagnosis/series/SHAFT").json() == json.loads(of_type.model_dump_json())
-    of_part = diagnosed.part(service.store, "2611", DiagnosisOptions("MODBAS2"))
+    of_part = seen_series.part(service.store, "2611", DiagnosisOptions("MODBAS2"))
     assert vera.get("diagnosis/part/2611?part_type=MODBAS2").json() == json.loads(of_part.model_dump_json())
 
 

@@ -15,7 +15,7 @@ from tests.support.served import served
 from trueloop.server import guarded
 from trueloop.server.access import ACCESS
 from trueloop.server.gates import AT_ONCE, turn
-from trueloop.server.identity.who import Who
+from trueloop.server.identity.keys import Who
 from trueloop.storage.store import Store
 
 REQUESTS: Final = 7

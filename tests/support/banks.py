@@ -10,8 +10,7 @@ from trueloop.arrays import Array
 from trueloop.machine.model.chain import Vector
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import PRESETS
-from trueloop.realtime.bank import bank_of, signals_of
-from trueloop.realtime.image import Bank, Body, Identity, Image, RealTimeLimits, Signal
+from trueloop.realtime.image import Bank, Body, Identity, Image, RealTimeLimits, Signal, bank_of, signals_of
 
 RANGES = {"T1": (15.0, 30.0), "T2": (18.0, 40.0), "speed": (0.0, 4000.0), "speed^2 after 20 min": (0.0, 1.6e7)}
 UNITS = {"T1": "°C", "T2": "°C", "speed": "rev/min", "speed^2 after 20 min": "(rev/min)^2"}

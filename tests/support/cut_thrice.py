@@ -10,8 +10,7 @@ from trueloop.arrays import Array
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of, segments, turning_terms
-from trueloop.realtime.bank import bank_of, signals_of
-from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
+from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits, bank_of, signals_of
 
 TRAVEL = {"X": (-20.0, 320.0), "Z": (-320.0, 120.0)}
 TOOL_OFFSET = (7.5, -12.25)

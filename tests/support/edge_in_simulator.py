@@ -22,9 +22,9 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.memory.made_part import MadePart
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop_lab.loops.turned import Trial, finish, semifinish_and_probe, true_errors_mm
+from trueloop_lab.simulator.machine import Repeatability, Stock
 from trueloop_lab.simulator.nose import Transfer
 from trueloop_lab.simulator.presets import NIST_TRANSFER, Workshop, nist
-from trueloop_lab.simulator.process import Repeatability, Stock
 
 EDGE = Edge(Tool(1, "SVJBL"), "VCMT 110304", "1")
 SET_AT = datetime(2026, 1, 5, tzinfo=UTC)

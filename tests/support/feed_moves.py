@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.support.profiles import simple
 from trueloop.geometry.feature import Feature, Line, Point
-from trueloop.nc.match.contour_match import ContourMatch
+from trueloop.nc.match.matching import ContourMatch
 from trueloop.nc.program.along import FeedMove
 
 

@@ -17,8 +17,8 @@ from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
+from trueloop.probing.calibration import Stylus, stock_obstacle
 from trueloop.probing.probe_plan import Approach, GaugingPoints, ProbePlan, Spacing, equally_spaced, probe_plan
-from trueloop.probing.stylus import Stylus, stock_obstacle
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STYLUS = Stylus(1.5, 0.75, 50.0, np.pi / 4)

@@ -12,8 +12,7 @@ from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of
-from trueloop.realtime.bank import bank_of, signals_of
-from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
+from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits, bank_of, signals_of
 
 MACHINE = Machine("lathe", chain_of("turning"), "4711")
 

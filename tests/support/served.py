@@ -19,9 +19,8 @@ from tests.support.service import PASSWORD
 from trueloop.controllers.linuxcnc.cell.client import Service
 from trueloop.server.app import create_app
 from trueloop.server.identity.accounts import NewAccount, add_account
-from trueloop.server.identity.keys import NewKey, add_key
-from trueloop.server.identity.provider import Oidc
-from trueloop.server.identity.who import ROLES
+from trueloop.server.identity.keys import ROLES, NewKey, add_key
+from trueloop.server.identity.oidc import Oidc
 from trueloop.server.run import Listening, config_of, listen
 from trueloop.server.settings import LOOPBACK_NAMES, Settings
 from trueloop.storage.store import Store

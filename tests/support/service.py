@@ -15,9 +15,8 @@ from httpx2 import Response
 from trueloop.server.app import create_app
 from trueloop.server.identity import accounts
 from trueloop.server.identity.accounts import NewAccount, add_account, hashed
-from trueloop.server.identity.keys import NewKey, add_key
-from trueloop.server.identity.provider import Oidc
-from trueloop.server.identity.who import ROLES
+from trueloop.server.identity.keys import ROLES, NewKey, add_key
+from trueloop.server.identity.oidc import Oidc
 from trueloop.server.settings import Settings
 from trueloop.storage.store import Store
 

@@ -10,8 +10,7 @@ from trueloop.nc.program.tool_path import Motion
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.separation.moran import EXPONENT, Weights
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.places import Places
-from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop.surface.separation.spline_surface import Places, Size, SplineSurface
 from trueloop_lab.simulator.mill import EndMill, MilledStock
 
 GRID = np.linspace(0.0, 1.0, 25)

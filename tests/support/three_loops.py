@@ -20,16 +20,13 @@ from trueloop.loops.realtime.process_table import PlacedCorrection, process_tabl
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.nc.program.program import read_program
-from trueloop.probing.calibration import BallCalibration
+from trueloop.probing.calibration import BallCalibration, Stylus, stock_obstacle
 from trueloop.probing.probe_match import match_touches
 from trueloop.probing.probe_plan import Approach, GaugingPoints, ProbePlan, probe_plan
-from trueloop.probing.stylus import Stylus, stock_obstacle
-from trueloop.realtime.bank import bank_of, signals_of
-from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
+from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits, bank_of, signals_of
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
-from trueloop_lab.files.job import workshop_and_trial
-from trueloop_lab.linuxcnc.component import virtual_part
+from trueloop_lab.files.virtual_machine_toml import workshop_and_trial
 from trueloop_lab.linuxcnc.realtime.session import (
     QUIET,
     Driven,
@@ -45,12 +42,12 @@ from trueloop_lab.linuxcnc.realtime.session import (
     run,
     wait,
 )
-from trueloop_lab.linuxcnc.session import ProbedPart
+from trueloop_lab.linuxcnc.session import ProbedPart, virtual_part
 from trueloop_lab.loops.linuxcnc import contour_program, paths_near_part, surface_mm
 from trueloop_lab.loops.turned import Trial, random_of
+from trueloop_lab.simulator.machine import Repeatability, Stock
 from trueloop_lab.simulator.nose import SAME
 from trueloop_lab.simulator.presets import Workshop
-from trueloop_lab.simulator.process import Repeatability, Stock
 
 WARM_DEGC, SHARE = 27.0, 0.3
 ORIGIN_MM = (0.0, -20.0)

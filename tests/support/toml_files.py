@@ -14,7 +14,7 @@ from trueloop.formats.realtime import signals_toml
 from trueloop.formats.tables import offsets_toml
 from trueloop.formats.toml_tables import Table
 from trueloop_lab.files import virtual_machine_toml
-from trueloop_lab.files.job import VirtualMillFile
+from trueloop_lab.files.virtual_machine_toml import VirtualMillFile
 
 KINDS: Final[dict[str, type[Table]]] = {
     "job": job.Job,

@@ -17,7 +17,7 @@ from tests.support.served import NARROW, Browsing, served
 from tests.support.service import PASSWORD
 from trueloop.jobs.store.codec import store_codec
 from trueloop.server.identity.accounts import Change, change_account, subject_of
-from trueloop.server.identity.provider import Oidc
+from trueloop.server.identity.oidc import Oidc
 from trueloop.storage.store import open_store
 
 OTTO = "248289761001"

@@ -14,7 +14,7 @@ from tests.web.test_files import choose as hand_over
 from tests.web.test_pages import pages_of
 from trueloop.jobs.store.codec import store_codec
 from trueloop.server.identity.accounts import Change, change_account
-from trueloop.server.identity.who import ROLES
+from trueloop.server.identity.keys import ROLES
 from trueloop.server.settings import now
 from trueloop.storage.store import Store, open_store
 

@@ -22,7 +22,7 @@ def check(db: Db = None, as_json: AsJson = False) -> None:
 
     Rows must be what was kept, links must lead to rows; labels, order and times must agree.
     """
-    from trueloop.jobs.db.checked import check_store
+    from trueloop.jobs.db.imported import check_store
     from trueloop.jobs.store.opened import open_store
 
     store = open_store(db, read_only=True)
@@ -59,7 +59,7 @@ def backup(file: Copy, db: Db = None) -> None:
 def restore(file: Backup, db: New) -> None:
     """Make a new store of what a backup or an export holds. A store that is there is never changed."""
     from trueloop.jobs.db.copied import restore as restored
-    from trueloop.storage.reading import shown
+    from trueloop.storage.keeping import shown
 
     with busy(f"restoring {file}") as progress:
         copied = restored(file, db, progress)
@@ -185,7 +185,7 @@ def init(place: Place = None) -> None:
     A PostgreSQL database is named by its URL.
     """
     from trueloop.jobs.store.opened import BESIDE, make_store
-    from trueloop.storage.reading import shown
+    from trueloop.storage.keeping import shown
 
     make_store(place or BESIDE)
     typer.echo(f"made: {shown(place or BESIDE)}", err=True)

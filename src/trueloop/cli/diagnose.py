@@ -12,7 +12,7 @@ from trueloop.cli.shared_options import Db, ModelOption, Page, argument, option,
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, busy, finding_lines, print_files, print_json, print_lines
 
 if TYPE_CHECKING:
-    from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
+    from trueloop.jobs.diagnose.seen_series import DiagnosisOptions
     from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
     from trueloop.report.series.values import FindingShape
     from trueloop.report.shape import Shape
@@ -54,7 +54,7 @@ class Of:
 
     def asked(self, accept: list[str] | None) -> "DiagnosisOptions":
         """As jobs take it."""
-        from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
+        from trueloop.jobs.diagnose.seen_series import DiagnosisOptions
 
         return DiagnosisOptions(self.part_type, self.job, self.model, tuple(accept or ()))
 
@@ -187,13 +187,13 @@ def part(
 
     Errors of its features by device, components at its points.
     """
-    from trueloop.jobs.diagnose import diagnosed
+    from trueloop.jobs.diagnose import seen_series
     from trueloop.jobs.store.opened import open_store
     from trueloop.report.diagnosis.lines import part_lines
     from trueloop.report.diagnosis.page_part import part_page
 
     with busy("diagnosing"):
-        found = diagnosed.part_causes(open_store(db), serial, of.asked(accept))
+        found = seen_series.part_causes(open_store(db), serial, of.asked(accept))
         files = _written(found, "part", part_page, output, page)
     _print_shares(found, part_lines, files, as_json=as_json)
 
@@ -205,13 +205,13 @@ def series(
 
     Tool, probe, set-up, deflection, chatter, or the machine.
     """
-    from trueloop.jobs.diagnose import diagnosed
+    from trueloop.jobs.diagnose import seen_series
     from trueloop.jobs.store.opened import open_store
     from trueloop.report.diagnosis.lines import series_lines
     from trueloop.report.diagnosis.page_part import series_page
 
     with busy("diagnosing"):
-        found = diagnosed.series_causes(open_store(db), of.asked(accept))
+        found = seen_series.series_causes(open_store(db), of.asked(accept))
         files = _written(found, "series", series_page, output, page)
     _print_shares(found, series_lines, files, as_json=as_json)
 

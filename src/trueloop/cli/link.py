@@ -10,7 +10,7 @@ from trueloop.cli.shared_options import UnitOption, argument, option
 from trueloop.cli.terminal import AsJson, ExitStatus, Group, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
-    from trueloop.controllers.links.link import ListedProgram
+    from trueloop.controllers.links.folder import ListedProgram
     from trueloop.jobs.links import AtControl, Opened, Recorder
 
 NotRunning = Annotated[bool, option("It does not run: for links that cannot know it.", "--not-running")]
@@ -132,7 +132,7 @@ def get(
 
     No existing file is overwritten.
     """
-    from trueloop.controllers.links.link import checked_name
+    from trueloop.controllers.links.folder import checked_name
     from trueloop.formats.outputs import write_all
 
     recorder = control.recorder(db)
@@ -202,7 +202,7 @@ def compare(
 
     Exit status 1 where one differs.
     """
-    from trueloop.controllers.links.link import checked_name
+    from trueloop.controllers.links.folder import checked_name
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input
     from trueloop.report.program_diff import HEADINGS, difference_rows, differences_as_dict

@@ -107,7 +107,7 @@ class CutShown:
         from trueloop.errors import Code
         from trueloop.formats.input_file import read_input
         from trueloop.jobs.measure.keep_measured import StatedCut
-        from trueloop.jobs.store.finish_cut import CutStatement
+        from trueloop.jobs.store.keep_facts import CutStatement
 
         if self.after is None:
             return None

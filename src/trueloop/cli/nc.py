@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from trueloop.loops.machine.mapped_program import Mapped
     from trueloop.loops.turned.cuts import CutFeature
     from trueloop.nc.field import Field
-    from trueloop.nc.match.contour_match import FeatureMatch, MatchedMove
+    from trueloop.nc.match.matching import FeatureMatch, MatchedMove
     from trueloop.nc.program.parts import Stretch
     from trueloop.nc.program.program import Program
     from trueloop.nc.program.tool_path import ToolPath

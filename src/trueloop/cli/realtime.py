@@ -276,7 +276,7 @@ def _image_print(image: "Image", extent: "Extent", file: Path, content: bytes, a
 
 def _options(machine: OfMachine, signals: OfSignals, table: OfTable, limit_mm: float, gate_mm: float) -> "ImageOptions":
     from trueloop.jobs.realtime.image import ImageOptions
-    from trueloop.realtime.bank import SignalLimits
+    from trueloop.realtime.image import SignalLimits
 
     return ImageOptions(
         model=machine.model,

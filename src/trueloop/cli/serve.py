@@ -14,8 +14,8 @@ from trueloop.cli.shared_options import Db, option
 from trueloop.cli.terminal import busy, guarded
 
 if TYPE_CHECKING:
-    from trueloop.server.identity.provider import Oidc
-    from trueloop.server.identity.who import Role
+    from trueloop.server.identity.keys import Role
+    from trueloop.server.identity.oidc import Oidc
     from trueloop.server.run import Listening
     from trueloop.server.settings import Settings
 
@@ -89,7 +89,7 @@ class SignOn:
 
     def trusted(self) -> "Oidc | None":
         """As the service takes it. Raises SRV-PROVIDER, CLI usage errors."""
-        from trueloop.server.identity.provider import Oidc, require_safe_issuer
+        from trueloop.server.identity.oidc import Oidc, require_safe_issuer
 
         if self.oidc_issuer is None:
             return None
@@ -118,7 +118,7 @@ class SignOn:
 
 
 def _role(text: str) -> "tuple[str, Role]":
-    from trueloop.server.identity.who import ROLES
+    from trueloop.server.identity.keys import ROLES
 
     value, _, role = text.rpartition("=")
     if not value or role not in ROLES:

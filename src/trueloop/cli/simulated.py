@@ -8,8 +8,7 @@ from trueloop.cli.terminal import AsJson, Group, busy, guarded, print_json
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
-    from trueloop_lab.loops.study import Study
-    from trueloop_lab.loops.turned import SimulatedPart
+    from trueloop_lab.loops.turned import SimulatedPart, Study
 
 Job = Annotated[Path, argument("The job; its touches say where to touch.", metavar="JOB.toml")]
 Machine = Annotated[
@@ -30,7 +29,7 @@ def simulate(
 
     Semi-finish, probe, compensate, finish and measure: truth beside estimate.
     """
-    from trueloop_lab.files.job import workshop_and_trial
+    from trueloop_lab.files.virtual_machine_toml import workshop_and_trial
     from trueloop_lab.loops.figures import simulated_part_as_dict, study_as_dict
     from trueloop_lab.loops.turned import simulate as simulate_part
 
@@ -43,7 +42,7 @@ def simulate(
     from rich.console import Console
     from rich.progress import Progress
 
-    from trueloop_lab.loops.study import study
+    from trueloop_lab.loops.turned import study
 
     with Progress(console=Console(stderr=True)) as progress:
         task = progress.add_task("parts", total=parts)
@@ -78,7 +77,7 @@ def loop(
     """
     from rich.console import Console
 
-    from trueloop_lab.files.job import workshop_and_trial
+    from trueloop_lab.files.virtual_machine_toml import workshop_and_trial
     from trueloop_lab.loops.figures import simulated_part_as_dict
     from trueloop_lab.loops.linuxcnc import drive_part
 

@@ -156,7 +156,7 @@ def simulate(
 
     Then cut the next part: truth beside estimate.
     """
-    from trueloop_lab.files.job import mill_and_trial
+    from trueloop_lab.files.virtual_machine_toml import mill_and_trial
     from trueloop_lab.loops.surface import simulate_surface
 
     with busy(f"cutting, measuring and correcting {parts} parts"):

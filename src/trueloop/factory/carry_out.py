@@ -14,7 +14,7 @@ from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.domain.tool import Edge, Machine
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
-from trueloop.factory.decisions import people, plan, records, runs
+from trueloop.factory.decisions import plan, records, runs
 from trueloop.factory.decisions.plan import PlanFacts
 from trueloop.factory.decisions.records import ProgramFacts, ProposalFacts
 from trueloop.factory.known import Changes, OrderNow, PartNow, StepNow
@@ -267,12 +267,12 @@ _HOW: Final[Mapping[type, _How]] = {
     ask.RecordTouches: (lambda known, request, _: runs_of(known, [request.run]), runs.record_touches),
     ask.RecordTemperatures: (_temperatures, runs.record_temperatures),
     ask.Calibrated: (lambda *_: None, records.calibrated),
-    ask.Hold: (_order, people.hold),
-    ask.DecideStep: (_order, people.decide_step),
-    ask.Arm: (_order, people.arm),
-    ask.RecordStep: (_order, people.record_step),
-    ask.StepCorrected: (_order, people.step_corrected),
-    ask.CorrectionRefused: (_order, people.correction_refused),
+    ask.Hold: (_order, runs.hold),
+    ask.DecideStep: (_order, runs.decide_step),
+    ask.Arm: (_order, runs.arm),
+    ask.RecordStep: (_order, runs.record_step),
+    ask.StepCorrected: (_order, runs.step_corrected),
+    ask.CorrectionRefused: (_order, runs.correction_refused),
     ask.CellSilent: (
         lambda known, request, _: silence_of(known, request.order, request.part, request.step),
         runs.cell_silent,

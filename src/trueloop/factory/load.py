@@ -14,8 +14,7 @@ from trueloop.domain.codec import Codec
 from trueloop.domain.factory import BlockKind, PartState, Run, RunFact, StepState, WorkOrder
 from trueloop.domain.record import Correction, ProgramText
 from trueloop.domain.tool import Machine
-from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
-from trueloop.factory.decisions.plan import NextFacts, candidate
+from trueloop.factory.decisions.plan import Candidate, CorrectionFacts, MachineFacts, NextFacts, candidate
 from trueloop.factory.decisions.runs import KnownRun, RunsFacts, SilenceFacts
 from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
 from trueloop.storage.factory_tables import (
@@ -30,8 +29,8 @@ from trueloop.storage.factory_tables import (
     STEP,
     TEMPERATURE,
 )
+from trueloop.storage.keeping import Query, found
 from trueloop.storage.kinds import joined, kind_of, searchable
-from trueloop.storage.reading import Query, found
 from trueloop.storage.schema import TABLES
 from trueloop.wording import wording
 

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_building import curve_along, mapped, part_of
+from trueloop.geometry.curve import Curve, curve_along, mapped, part_of
 
 Point = tuple[float, float]
 

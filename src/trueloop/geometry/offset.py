@@ -9,8 +9,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_building import moved_out, part_of
+from trueloop.geometry.curve import Curve, moved_out, part_of
 from trueloop.geometry.feature import Arc, Feature, Point, distance_mm
 from trueloop.geometry.intersection import crossings, intersections
 from trueloop.geometry.profile import Junction, JunctionKind, Profile, junctions_of

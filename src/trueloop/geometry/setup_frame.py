@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array
-from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_building import mapped
+from trueloop.geometry.curve import Curve, mapped
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.profile import Profile
 

@@ -12,7 +12,7 @@ from trueloop.controllers.linuxcnc.cell.client import Client, Pace, Service
 from trueloop.controllers.linuxcnc.cell.decide import Patience
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.controllers.linuxcnc.cell.linuxcnc import LinuxCnc, Temperature, read_pins
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.controllers.linuxcnc.realtime.signals.component import linuxcnc_module
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cell_toml import CellFile, read_cell
 

@@ -9,11 +9,10 @@ from typing import Final, Literal, TypeAlias
 
 from trueloop.controllers.links.compare import Change, Difference, differences, in_words
 from trueloop.controllers.links.focas import TABLE, Focas
-from trueloop.controllers.links.folder import Folder, linuxcnc_busy, linuxcnc_reads, named_in
+from trueloop.controllers.links.folder import Folder, Link, checked_name, linuxcnc_busy, linuxcnc_reads, named_in
 from trueloop.controllers.links.ftp import Ftp
 from trueloop.controllers.links.line import Line, framed
-from trueloop.controllers.links.link import Link, checked_name
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.controllers.linuxcnc.realtime.signals.component import linuxcnc_module
 from trueloop.described import filled_from
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError

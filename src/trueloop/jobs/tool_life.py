@@ -16,9 +16,8 @@ from trueloop.factory.views.series import MemoryCurve, MemoryPoint, NextPart, To
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.store.tool_history import history_of_tool
 from trueloop.jobs.tools import cuts_after_end, cuts_of, edges_of, lives_in
-from trueloop.memory.edge.learnt import EdgeKnowledge, Learned, learnt
+from trueloop.memory.edge.learnt import EdgeKnowledge, Learned, MemoryOptions, learnt
 from trueloop.memory.edge.predict import expect
-from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.tool import ShownEdge

@@ -19,8 +19,8 @@ import numpy as np
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
+from trueloop.probing.calibration import CHORD_MM, Obstacle
 from trueloop.probing.probe_plan import OVERLAP_MM, GaugingPoints, no_room_for_ball
-from trueloop.probing.stylus import CHORD_MM, Obstacle
 
 Vector = tuple[float, float, float]
 

@@ -13,7 +13,7 @@ from trueloop.domain.option import Option
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
-from trueloop.probing.stylus import Meeting, Obstacle, Stylus, first_meeting
+from trueloop.probing.calibration import Meeting, Obstacle, Stylus, first_meeting
 
 MARGIN_MM: Final = 2.54
 """Arc length between a feature's end and its first point: 0.1 in, as on the arcs of [6517 Table 1] and [6811 §5.3]."""

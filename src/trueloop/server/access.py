@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from trueloop.errors import Code
-from trueloop.server.identity.who import ROLES, Role, Who
+from trueloop.server.identity.keys import ROLES, Role, Who
 from trueloop.wording import wording
 
 

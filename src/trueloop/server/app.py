@@ -29,8 +29,7 @@ from trueloop.server.guarded import Service
 from trueloop.server.heap import start_giving_back
 from trueloop.server.identity.accounts import FirstAccount
 from trueloop.server.identity.attempts import Attempts
-from trueloop.server.identity.oidc import SignIns
-from trueloop.server.identity.provider import Oidc
+from trueloop.server.identity.oidc import Oidc, SignIns
 from trueloop.server.routes import (
     accounts,
     by_hand,

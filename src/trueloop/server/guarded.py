@@ -19,7 +19,7 @@ from trueloop.server.access import access_of, require
 from trueloop.server.gates import turn
 from trueloop.server.identity import keys, sessions
 from trueloop.server.identity.attempts import Attempts
-from trueloop.server.identity.who import Who
+from trueloop.server.identity.keys import Who
 from trueloop.server.settings import Settings
 from trueloop.storage.store import Store
 

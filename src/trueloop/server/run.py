@@ -24,7 +24,7 @@ from uvicorn.protocols.http.auto import AutoHTTPProtocol
 from trueloop.errors import Code, TrueloopError
 from trueloop.server import heap
 from trueloop.server.app import create_app
-from trueloop.server.identity.provider import Oidc
+from trueloop.server.identity.oidc import Oidc
 from trueloop.server.settings import Settings, is_loopback, log
 from trueloop.storage.store import Store
 

@@ -19,7 +19,7 @@ from sqlalchemy.pool import StaticPool
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.extras import install_command
-from trueloop.storage.reading import shown
+from trueloop.storage.keeping import shown
 from trueloop.wording import shell_word
 
 AWAY: Final = frozenset((Code.STO_FILE, Code.STO_SCHEMA, Code.STO_BUSY, Code.STO_WRITE))

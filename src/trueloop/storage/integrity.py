@@ -9,12 +9,11 @@ from sqlalchemy import Connection, select
 from sqlalchemy.exc import DatabaseError
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage.encoded import digest, rows_of
+from trueloop.storage.keeping import AT_ONCE
 from trueloop.storage.kinds import KINDS, Kind
-from trueloop.storage.reading import AT_ONCE
 from trueloop.storage.schema import ROWS, TABLES
 from trueloop.storage.store import Store
-from trueloop.storage.value_rows import FORMS, PIECE, RowForm
+from trueloop.storage.value_rows import FORMS, PIECE, RowForm, digest, rows_of
 
 _MALFORMED: Final = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 

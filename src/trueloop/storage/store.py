@@ -27,12 +27,11 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, InspectionLink
 from trueloop.domain.part import Part
 from trueloop.domain.record import Correction, Record
-from trueloop.storage.encoded import Kept
 from trueloop.storage.engines import WRITING, engine_of, understood, url_of
-from trueloop.storage.keeping import Keeping
+from trueloop.storage.keeping import Keeping, Query, found, kept, shown
 from trueloop.storage.kinds import joined, kind_of, searchable
-from trueloop.storage.reading import Query, found, kept, shown
 from trueloop.storage.schema import METADATA, TABLES, check_schema, make_tables
+from trueloop.storage.value_rows import Kept
 
 __all__ = ["Kept", "Store", "find", "keep", "open_store"]
 

@@ -1,4 +1,7 @@
-"""One program on one LinuxCNC: started headless in namespaces of its own, run, stopped."""
+"""One program on one LinuxCNC: started headless in namespaces of its own, run, stopped.
+
+The files of the virtual lathe, and its components, built for LinuxCNC's hardware layer.
+"""
 
 import json
 import os
@@ -9,15 +12,34 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.controllers.linuxcnc.realtime.install import require_linuxcnc
+from trueloop.controllers.linuxcnc.realtime.install import compiled, require_linuxcnc
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop_lab.linuxcnc.component import source, virtual_part
+
+
+def source(name: str) -> str:
+    """Returns the text of a file that comes with this package."""
+    return (resources.files("trueloop_lab.linuxcnc") / name).read_text()
+
+
+@cache
+def virtual_part() -> bytes:
+    """Compiles the virtual part to a shared object, once a run. Raises CTL-LINUXCNC with the compiler's words."""
+    return compiled("virtual_part", {"virtual_part.comp": source("virtual_part.comp").encode()})
+
+
+@cache
+def recorder() -> bytes:
+    """Compiles recorder.so, for sessions that are judged. Raises RTC-BUILD, CTL-LINUXCNC."""
+    return compiled("recorder", {"recorder.comp": source("realtime/recorder.comp").encode()}, code=Code.RTC_BUILD)
+
 
 TIMEOUT_S: Final = 600.0
 POLL_S: Final = 0.1

@@ -3,8 +3,7 @@
 from trueloop.arrays import Array
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
-from trueloop_lab.loops.study import Study
-from trueloop_lab.loops.turned import SimulatedPart
+from trueloop_lab.loops.turned import SimulatedPart, Study
 
 
 def simulated_part_as_dict(part: SimulatedPart) -> dict[str, object]:

@@ -23,18 +23,16 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.probing.calibration import BallCalibration, calibrate
+from trueloop.probing.calibration import BallCalibration, Stylus, calibrate, stock_obstacle
 from trueloop.probing.probe_match import match_touches
 from trueloop.probing.probe_plan import Approach, GaugingPoints, ProbePlan, Spacing, equally_spaced, probe_plan
-from trueloop.probing.stylus import Stylus, stock_obstacle
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
 from trueloop_lab.linuxcnc.session import ProbedPart, Progress, cut, probe
 from trueloop_lab.loops.turned import SimulatedPart, Trial, finish_along, finishing_machine, measured_part, random_of
-from trueloop_lab.simulator.machine import VirtualProbe
+from trueloop_lab.simulator.machine import Stock, VirtualProbe
 from trueloop_lab.simulator.nose import CentrePath, path_of_positions
 from trueloop_lab.simulator.presets import Workshop
-from trueloop_lab.simulator.process import Stock
 
 CHORD_MM: Final = 1e-4
 """How far the chords of a curve deviate from it."""

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop_lab.simulator.process import Backlash
+from trueloop_lab.simulator.machine import Backlash
 
 COLD_C: Final = 20.0
 FASTER: Final = 60.0

@@ -18,7 +18,7 @@ from trueloop._core import CutterSweep
 from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface
 from trueloop.surface.compensation.cutter import Cutter, contacts
-from trueloop_lab.simulator.process import Stock, SurfaceProcess, Variation
+from trueloop_lab.simulator.machine import Stock, SurfaceProcess, Variation
 
 Displacement: TypeAlias = Callable[[Array], Array]
 """Actual less commanded position of the cutter's centre: (n, 3) → (n, 3), mm."""

@@ -5,10 +5,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from trueloop.units import UM_PER_MM
-from trueloop_lab.simulator.machine import REFERENCE_C, VirtualMachine, VirtualProbe
+from trueloop_lab.simulator.machine import REFERENCE_C, Deflection, Repeatability, VirtualMachine, VirtualProbe
 from trueloop_lab.simulator.mill import VirtualCmm
 from trueloop_lab.simulator.nose import Nose, Transfer
-from trueloop_lab.simulator.process import Deflection, Repeatability
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from trueloop.cli.main import app
 from trueloop.cli.terminal import ExitStatus
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.image import RealTimeLimits
-from trueloop_lab.linuxcnc.component import source
+from trueloop_lab.linuxcnc.session import source
 
 
 def typed(*words: str) -> "tuple[int, str, str]":

@@ -7,8 +7,8 @@ import pytest
 from tests.loops.test_realtime_image import MACHINE, WIDE, job, job_on_machine, model
 from tests.support import erring_lathe
 from tests.support.cli import run
-from trueloop_lab.linuxcnc.component import source
 from trueloop_lab.linuxcnc.realtime.session import with_entries
+from trueloop_lab.linuxcnc.session import source
 
 __all__ = ["job", "job_on_machine", "model"]  # fixtures
 

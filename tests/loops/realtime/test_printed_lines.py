@@ -16,8 +16,8 @@ from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, wiring
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.realtime.image_file import image_to_bytes, read_image
 from trueloop.realtime.image import TRAVEL_TOLERANCE_MM, Bank, Identity, Image, RealTimeLimits, Signal
-from trueloop_lab.linuxcnc.component import source
 from trueloop_lab.linuxcnc.realtime.session import Setup, drive, get, home, on, put, record, run, wait, with_entries
+from trueloop_lab.linuxcnc.session import source
 
 EXAMPLES = Path("/usr/share/doc/linuxcnc/examples/sample-configs")
 

@@ -14,8 +14,8 @@ from trueloop.controllers.linuxcnc.realtime.watch import MOST_PINS, sampled_pins
 from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.formats.realtime.samples_csv import read_samples
-from trueloop_lab.linuxcnc.component import source
 from trueloop_lab.linuxcnc.realtime.session import QUIET, WIRE, Setup, drive, home, on, put, record
+from trueloop_lab.linuxcnc.session import source
 
 RECORDED = ("rtec.periods", "joint.0.pos-cmd", "joint.1.pos-cmd", "rtec.corr-0", "joint.1.f-error", "rtec.in-use-0")
 PASSES = "G21 G90 G94 G53 G1 X40. Z-20. F2400\n" + 20 * "G1 X60. Z-120. F2400\nX40. Z-20.\n" + "M2\n"

@@ -13,7 +13,7 @@ from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.loops import classified, distance_mm, edges_mm
 from trueloop.formats.cad.step import named_faces, read_faces, surface_to_bytes, write_surface
 from trueloop.geometry.surface import Surface, closest
-from trueloop.surface.deviations.plausibility import BEYOND_MM
+from trueloop.surface.deviations.points import BEYOND_MM
 
 RNG = np.random.default_rng(51)
 U, V = RNG.uniform(0.02, 0.95, (2, 200))

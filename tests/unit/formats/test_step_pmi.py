@@ -11,9 +11,8 @@ from tests.support.pmi import Asked, toleranced
 from tests.support.profiles import polyline
 from tests.support.solids import drill, revolved, without
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.formats.cad.part21 import Ref, Typed, read_records
 from trueloop.formats.cad.step_profile import read_step_profile
-from trueloop.formats.cad.step_tolerances import fitting, stated_in
+from trueloop.formats.cad.step_tolerances import Ref, Typed, fitting, read_records, stated_in
 from trueloop.geometry.validate import checked_profile
 
 SECTION = [(8.0, -60.0), (30.0, -60.0), (30.0, -20.0), (25.0, -20.0), (25.0, -2.0), (23.0, 0.0), (8.0, 0.0)]

@@ -6,7 +6,7 @@ import io
 import numpy as np
 
 from trueloop.formats.tables.control_tables import table_to_csv
-from trueloop.turned.compensation.prediction import CorrectionTable
+from trueloop.turned.compensation.targets import CorrectionTable
 
 TABLE = CorrectionTable(
     feature=("neck", 'dome, "main"'),

@@ -24,7 +24,7 @@ from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.provenance import enveloped
 from trueloop.memory.edge import predict
-from trueloop.memory.edge.state import MemoryOptions
+from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.storage.store import Store, find, keep, open_store
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

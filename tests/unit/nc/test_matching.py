@@ -18,8 +18,7 @@ from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.nc.match.contour import contour_of_program
-from trueloop.nc.match.contour_match import ContourMatch
-from trueloop.nc.match.matching import match_contour
+from trueloop.nc.match.matching import ContourMatch, match_contour
 from trueloop.nc.program.along import FeedMove, feed_moves
 from trueloop.nc.program.program import read_program
 

@@ -10,9 +10,9 @@ from scipy.spatial import KDTree
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile, Side, junctions_of
+from trueloop.probing.calibration import stock_obstacle, whole_obstacle
 from trueloop.probing.cmm_plan import MARGIN_MM, CmmApproach, CmmMove, CmmTouch, cmm_moves, cmm_plan, way_back
 from trueloop.probing.probe_plan import Spacing, equally_spaced
-from trueloop.probing.stylus import stock_obstacle, whole_obstacle
 
 FEATURES = (
     Line("journal", (15.0, -80.0), (15.0, -60.0)),

@@ -8,8 +8,8 @@ from tests.support.probing import APPROACH, plan_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
+from trueloop.probing.calibration import Stylus
 from trueloop.probing.probe_plan import ProbePlan, SecondTouch
-from trueloop.probing.stylus import Stylus
 
 CORNERS = [(10.05, -30.0), (10.05, -20.8), (10.0, -20.8), (10.0, -25.0), (8.0, -25.0), (8.0, -15.0), (10.0, -15.0),
            (10.0, -19.2), (10.05, -19.2), (10.05, 0.0)]  # fmt: skip

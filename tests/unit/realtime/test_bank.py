@@ -8,7 +8,7 @@ from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.term import CONSTANT, PRESETS, Part, Term, segments
-from trueloop.realtime.bank import SignalLimits, bank_of, signals_of
+from trueloop.realtime.image import SignalLimits, bank_of, signals_of
 
 
 @pytest.mark.parametrize("structure", sorted(PRESETS))

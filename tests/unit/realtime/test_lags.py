@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from trueloop.machine.model.history import History, Lag, lagged, signals_at_end
-from trueloop.realtime.bank import LagRules, LagState, advanced, from_history
+from trueloop.realtime.image import LagRules, LagState, advanced, from_history
 
 NO_GAPS = LagRules(gap=math.inf)
 steps = st.lists(st.floats(0.01, 500.0), min_size=1, max_size=40)

@@ -12,8 +12,7 @@ from trueloop.arrays import Array
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.term import CONSTANT, Part, Term, segments
-from trueloop.realtime.bank import bank_of, signals_of
-from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
+from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits, bank_of, signals_of
 from trueloop.realtime.largest import extent_of
 
 LIMITS = RealTimeLimits(((-300.0, 400.0),) * 3)

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from tests.support.correction import example_correction
-from trueloop.report.turned.decisions import commanded_words
+from trueloop.report.turned.touch_table import commanded_words
 
 
 def test_what_was_commanded_has_its_sign() -> None:

@@ -8,7 +8,7 @@ import pytest
 from tests.support.correction import example_correction
 from trueloop.domain.proposal import Effect
 from trueloop.report import style
-from trueloop.report.series.figure import proposal_figure
+from trueloop.report.series.page import proposal_figure
 from trueloop.report.still import svg
 from trueloop.report.style import DARK, in_the_dark
 from trueloop.report.texts.texts import Texts

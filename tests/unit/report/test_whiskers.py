@@ -14,7 +14,7 @@ from trueloop.report.style import LEFT_ON, TAKEN, Figure, Trace
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.figures import whiskers
 from trueloop.report.turned.figures.part_drawing import round_down
-from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.compensation.targets import Prediction
 from trueloop.turned.error_curve.curve import Budget
 
 MODBAS2 = example_correction("modbas2")

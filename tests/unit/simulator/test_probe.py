@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from trueloop.geometry.feature import Arc, Line
-from trueloop_lab.simulator.machine import ErrorTerm, MachineError, VirtualProbe, ball_contact_mm
+from trueloop_lab.simulator.machine import ErrorTerm, MachineError, Stock, VirtualProbe, ball_contact_mm, sweep
 from trueloop_lab.simulator.mill import VirtualCmm
 from trueloop_lab.simulator.nose import Nose, path_along
-from trueloop_lab.simulator.process import Stock, sweep
 
 NOSE = Nose(0.8)
 KNOB = Arc("knob", (30.8, 0.0), (0.0, 30.8), (0.0, 0.0), math.pi / 2)

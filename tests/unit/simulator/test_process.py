@@ -5,9 +5,17 @@ import math
 import numpy as np
 
 from trueloop.geometry.feature import Line
-from trueloop_lab.simulator.machine import ErrorTerm, MachineError, VirtualMachine
+from trueloop_lab.simulator.machine import (
+    Backlash,
+    Deflection,
+    ErrorTerm,
+    MachineError,
+    Repeatability,
+    Stock,
+    VirtualMachine,
+    sweep,
+)
 from trueloop_lab.simulator.nose import CentrePath, Nose, path_along, path_of_positions
-from trueloop_lab.simulator.process import Backlash, Deflection, Repeatability, Stock, sweep
 
 NOSE = Nose(0.8)
 LENGTH_MM = 100.0

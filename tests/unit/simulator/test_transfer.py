@@ -11,10 +11,9 @@ from tests.support.probing import example
 from trueloop.geometry.feature import Line, contact_angle_rad
 from trueloop_lab.files.virtual_machine_toml import read_virtual_machine
 from trueloop_lab.loops.turned import simulate, trial_of
-from trueloop_lab.simulator.machine import VirtualMachine
+from trueloop_lab.simulator.machine import Repeatability, Stock, VirtualMachine
 from trueloop_lab.simulator.nose import SAME, Nose, Transfer, path_along
 from trueloop_lab.simulator.presets import NIST_TRANSFER, nist
-from trueloop_lab.simulator.process import Repeatability, Stock
 
 UM = 1e-3
 RADIUS_MM = 0.8

@@ -10,8 +10,8 @@ from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop_lab.simulator.machine import WAVES, SurfaceProcess, Variation, published_process
 from trueloop_lab.simulator.mill import STEP_MM, EndMill, MilledStock, Passes, VirtualCmm, VirtualMill, passes_over
-from trueloop_lab.simulator.process import WAVES, SurfaceProcess, Variation, published_process
 
 RADIUS = 3.0
 STEP_OVER = 0.5

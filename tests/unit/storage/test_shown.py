@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.support.cli import output_of
 from trueloop.cli.terminal import ExitStatus
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage.reading import shown
+from trueloop.storage.keeping import shown
 from trueloop.storage.store import open_store
 
 SECRET = "hunter2"

@@ -21,7 +21,7 @@ from trueloop.domain.record import Correction, Record
 from trueloop.domain.tool import Edge, Machine, Setting, Tool
 from trueloop.domain.values import CODEC
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage import reading
+from trueloop.storage import keeping
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import joined
 from trueloop.storage.schema import METADATA, STATES, TABLES
@@ -84,7 +84,7 @@ def test_a_document_that_is_not_long_is_decoded_once(store: Store, monkeypatch: 
     keep(store, [cut()])
     first, again = (find(store, Cut)[0].value for _ in range(2))
     assert first is again
-    monkeypatch.setattr(reading, "SHORT", 0)
+    monkeypatch.setattr(keeping, "SHORT", 0)
     apart = find(store, Cut)[0].value
     assert apart == first and apart is not first
 

@@ -10,8 +10,8 @@ from trueloop.geometry.surface import fit_grid
 from trueloop.surface.pattern.field import FaceParts, _own, fields_of
 from trueloop.surface.pattern.kriging import FieldProcess, Kriging, Process, fitted_process
 from trueloop.surface.pattern.support import between
-from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import separate
+from trueloop.surface.separation.spline_surface import Places
 
 SIDES = (60.0, 40.0)
 PROCESS = Process(4.0, 9.0, 0.04, (9.0, 6.0), (120.0, 80.0))

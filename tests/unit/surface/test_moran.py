@@ -12,8 +12,7 @@ from trueloop.surface.separation.neighbourhood import (
     permutation_p_value,
     residual_null,
 )
-from trueloop.surface.separation.places import Places, projector
-from trueloop.surface.separation.spline_surface import Size
+from trueloop.surface.separation.spline_surface import Places, Size, projector
 
 SIZE = Size(12, 12)
 

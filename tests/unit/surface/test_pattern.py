@@ -16,9 +16,8 @@ from trueloop.surface.pattern.pattern import (
     parts_needed,
     pattern_of,
 )
-from trueloop.surface.separation.places import projector
 from trueloop.surface.separation.separate import Separation, of_size, separate, student
-from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis
+from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis, projector
 
 NOISE_MM, BETWEEN_MM = 0.0022, 0.0025
 NAMES = tuple(f"S{k}" for k in range(1, 11))

@@ -9,9 +9,8 @@ from scipy.special import ndtr
 from tests.support.surfaces import NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.errors import Severity, TrueloopError
 from trueloop.surface.separation.moran import lilliefors_p, normality
-from trueloop.surface.separation.places import Places, projector, regress, splines
 from trueloop.surface.separation.separate import FORM, log_likelihood, separate
-from trueloop.surface.separation.spline_surface import Size
+from trueloop.surface.separation.spline_surface import Places, Size, projector, regress, splines
 
 CRITERIA = ("likelihood", "randomness")
 NOISE_MM = 0.0022

@@ -9,9 +9,8 @@ import pytest
 from trueloop.arrays import Array
 from trueloop.surface.pattern.pattern import Pattern, pattern_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import of_size, separate
-from trueloop.surface.separation.spline_surface import Size
+from trueloop.surface.separation.spline_surface import Places, Size
 
 A, B = 60.0, 40.0
 GRID = np.stack(np.meshgrid(np.arange(0, A + 1, 2.0), np.arange(0, B + 1, 2.0), indexing="ij"), axis=2).reshape(-1, 2)

@@ -9,8 +9,7 @@ from trueloop.arrays import Array
 from trueloop.surface.separation import moran as module
 from trueloop.surface.separation.moran import Weights, lattice_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood, permutation_p_value, residual_null
-from trueloop.surface.separation.places import Places, projector
-from trueloop.surface.separation.spline_surface import Size
+from trueloop.surface.separation.spline_surface import Places, Size, projector
 
 RNG = np.random.default_rng(17)
 

@@ -14,7 +14,13 @@ from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import JunctionKind, Profile, junctions_of
-from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, reaches_mm, shifted_contour
+from trueloop.turned.compensation.displaced import (
+    CentrePiece,
+    ShiftedFeature,
+    centre_pieces,
+    reaches_mm,
+    shifted_contour,
+)
 from trueloop.turned.compensation.shift import ZERO, Shift, constant, sampled, weighted_sum
 
 from .shapes import FEATURES, NOSE_RADIUS_MM, PART

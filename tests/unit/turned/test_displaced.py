@@ -8,8 +8,14 @@ import pytest
 
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Arc
-from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
-from trueloop.turned.compensation.displaced import Constant, Then, displaced_pieces, magnitude
+from trueloop.turned.compensation.displaced import (
+    CentrePiece,
+    Constant,
+    ShiftedFeature,
+    Then,
+    displaced_pieces,
+    magnitude,
+)
 from trueloop.turned.compensation.shift import Shift, constant
 
 OFFSET_MM, STRETCH = np.array([0.03, -0.02]), np.array([[0.001, 0.002], [-0.0005, 0.0015]])

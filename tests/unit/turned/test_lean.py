@@ -22,9 +22,9 @@ from trueloop.turned.compensation.shift import (
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.fit.options import FitOptions
-from trueloop_lab.loops.study import path_of_shifts
+from trueloop_lab.loops.turned import path_of_shifts
+from trueloop_lab.simulator.machine import Stock, sweep
 from trueloop_lab.simulator.nose import Nose
-from trueloop_lab.simulator.process import Stock, sweep
 
 NOSE = Nose(0.8, tuple(np.radians([-20.0, 30.0, 80.0, 130.0])), (-0.003, -0.075, -0.020, 0.005))
 DOME = checked_profile([Arc("dome", (20.0, 0.0), (0.0, 20.0), (0.0, 0.0), np.pi / 2)])

@@ -14,10 +14,10 @@ from trueloop.domain.record import check_same_program, check_uncorrected, record
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile, junctions_of
-from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, shifted_contour
+from trueloop.turned.compensation.displaced import CentrePiece, ShiftedFeature, centre_pieces, shifted_contour
 from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset, cut_mm
-from trueloop.turned.compensation.prediction import correction_table, predict
 from trueloop.turned.compensation.shift import ZERO, Shift, constant, sampled
+from trueloop.turned.compensation.targets import correction_table, predict
 from trueloop.turned.error_curve.curve import Budget
 
 from .shapes import FEATURES, NOSE_RADIUS_MM, PART

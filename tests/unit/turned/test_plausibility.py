@@ -14,8 +14,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.plausibility import ENOUGH, check_loop_sign
-from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop.turned.touches.touches import ENOUGH, Gauging, check_loop_sign, error_vectors
 
 PARTS = {"MODBAS2": modbas2(), "PIECS11": piecs11(), "FACETST": facetst()}
 BLUNDERS = {

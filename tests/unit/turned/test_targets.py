@@ -11,7 +11,7 @@ from trueloop.arrays import Array
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
+from trueloop.turned.compensation.displaced import CentrePiece, centre_pieces, shifted_contour
 from trueloop.turned.compensation.moves import Move
 from trueloop.turned.compensation.shift import ZERO, Shift, constant, sampled
 from trueloop.turned.compensation.targets import (

@@ -12,8 +12,8 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, Final
 
+from trueloop.controllers.links.folder import LARGEST, PART, Busy, ListedProgram, no_such_program, not_reached
 from trueloop.controllers.links.line import framed, require_no_end_within
-from trueloop.controllers.links.link import LARGEST, PART, Busy, ListedProgram, no_such_program, not_reached
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.tool_tables.known import tool_table_of
 from trueloop.formats.tables.tool_tables.tool_table import ToolRow, Unit

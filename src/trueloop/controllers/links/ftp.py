@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, ListedProgram, no_such_program, not_reached
+from trueloop.controllers.links.folder import LARGEST, NAME, PART, Busy, ListedProgram, no_such_program, not_reached
 from trueloop.errors import TrueloopError
 
 OLD: Final = ".old" + PART

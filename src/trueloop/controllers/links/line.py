@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any, Final, Literal, Protocol
 
-from trueloop.controllers.links.link import LARGEST, Busy, ListedProgram
+from trueloop.controllers.links.folder import LARGEST, Busy, ListedProgram
 from trueloop.errors import Code, TrueloopError
 from trueloop.extras import install_command
 

@@ -9,8 +9,15 @@ import numpy as np
 
 from trueloop.arrays import Array, Integers
 from trueloop.diagnosis.causes.catalogue import CAUSES
-from trueloop.diagnosis.causes.cause import Candidate, Diagnosis, Over, SeenBy, SeenSeries
-from trueloop.diagnosis.causes.surface import SurfaceErrors, surface_errors
+from trueloop.diagnosis.causes.cause import (
+    Candidate,
+    Diagnosis,
+    Over,
+    SeenBy,
+    SeenSeries,
+    SurfaceErrors,
+    surface_errors,
+)
 from trueloop.diagnosis.causes.ways import SEEN_MM, Way, block_of, ways
 from trueloop.diagnosis.causes.weighing import (
     Products,

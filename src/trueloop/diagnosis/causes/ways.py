@@ -13,8 +13,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.diagnosis.causes.cause import Cause, Over, SeenBy, SeenSeries
-from trueloop.diagnosis.causes.surface import SurfaceErrors
+from trueloop.diagnosis.causes.cause import Cause, Over, SeenBy, SeenSeries, SurfaceErrors
 from trueloop.diagnosis.causes.weighing import columns
 from trueloop.diagnosis.features.feature_error import ErrorKind
 from trueloop.estimate.places import Places

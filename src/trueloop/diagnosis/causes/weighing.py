@@ -14,8 +14,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from trueloop.arrays import Array, Flags, Integers, by_content
-from trueloop.diagnosis.causes.cause import SeenBy
-from trueloop.diagnosis.causes.surface import SurfaceErrors
+from trueloop.diagnosis.causes.cause import SeenBy, SurfaceErrors
 from trueloop.estimate.places import Places
 from trueloop.estimate.state import State
 from trueloop.estimate.term import Catalogue, Prior, Sizes, Term

@@ -18,8 +18,8 @@ from trueloop.factory.views.orders import MachineNow
 from trueloop.factory.views.parts import CalibrationView, MachineView, TemperatureView
 from trueloop.factory.views.series import ToolRow
 from trueloop.storage.factory_tables import API_KEY, CALIBRATION, MACHINE_HEARD, STEP, TEMPERATURE, TRANSFER, stamp
+from trueloop.storage.keeping import Query, found
 from trueloop.storage.kinds import joined, kind_of, searchable
-from trueloop.storage.reading import Query, found
 from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store
 from trueloop.wording import wording

@@ -23,7 +23,7 @@ from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.report.program_diff import DiffLine as Line
 from trueloop.report.program_diff import diff
-from trueloop.report.series.figure import proposal_figure
+from trueloop.report.series.page import proposal_figure
 from trueloop.report.still import svg
 from trueloop.report.style import in_the_dark
 from trueloop.report.texts.texts import Texts

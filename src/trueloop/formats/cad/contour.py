@@ -10,8 +10,7 @@ from scipy.optimize import brentq
 from scipy.spatial import KDTree
 
 from trueloop.formats.cad.turned_faces import WITHIN_MM
-from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_building import part_of
+from trueloop.geometry.curve import Curve, part_of
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.intersection import intersections
 from trueloop.geometry.profile import Side

@@ -23,8 +23,7 @@ from trueloop.formats.cad.box_index import TooDenseError
 from trueloop.formats.cad.dxf_document import Document, open_document
 from trueloop.formats.cad.dxf_edges import Edges, Numbers
 from trueloop.formats.cad.dxf_entities import CHAIN_WITHIN_MM
-from trueloop.formats.cad.dxf_sheet import Sheet, read_sheet
-from trueloop.formats.cad.dxf_views import Candidate, View
+from trueloop.formats.cad.dxf_sheet import Candidate, Sheet, View, read_sheet
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.profile import Side, named_by_kind

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.formats.cad.box_index import Pairs, overlapping
 from trueloop.formats.cad.contour import cut_at
-from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_building import mapped
+from trueloop.geometry.curve import Curve, mapped
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.intersection import TOUCH_MM, intersections
 

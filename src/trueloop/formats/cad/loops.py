@@ -16,7 +16,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.formats.cad.kernel import kernel
 from trueloop.geometry.surface import Surface, closest_parameters
-from trueloop.surface.deviations.plausibility import BEYOND_MM
+from trueloop.surface.deviations.points import BEYOND_MM
 
 Loop: TypeAlias = tuple[Array, ...]
 """A closed chain of smooth pieces, (n, 2) each: places in order, parameters of the surface as shares in [0, 1]. The

@@ -18,8 +18,8 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Place
 from trueloop.formats.cad.contour import Contour, Piece, alike, chained, cut_at
 from trueloop.formats.cad.kernel import kernel
-from trueloop.formats.cad.part21 import FACES, Records
 from trueloop.formats.cad.step import STEP, CadFace, read_document, read_shape
+from trueloop.formats.cad.step_tolerances import FACES, Records
 from trueloop.formats.cad.turned_faces import WITHIN_MM, Axis, Meridian, has_place, meridians, rings
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Side

@@ -14,10 +14,9 @@ from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.contour import Contour, Piece, crossing, cut_at
 from trueloop.formats.cad.kernel import kernel
-from trueloop.formats.cad.part21 import read_records
 from trueloop.formats.cad.section import Body, Solids, contours_of, read_solids
 from trueloop.formats.cad.step import CadFace
-from trueloop.formats.cad.step_tolerances import Proposals, proposals, stated_in
+from trueloop.formats.cad.step_tolerances import Proposals, proposals, read_records, stated_in
 from trueloop.formats.cad.turned_faces import WITHIN_MM, Axis, Meridian, axis_of, edge_places, meridians, run_on
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.curve import Curve

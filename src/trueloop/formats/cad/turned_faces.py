@@ -12,7 +12,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import CadFace
-from trueloop.geometry.curve_building import curve_along
+from trueloop.geometry.curve import curve_along
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 
 WITHIN_MM: Final = 1e-4

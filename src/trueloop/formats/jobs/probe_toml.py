@@ -18,9 +18,8 @@ from trueloop.formats.toml_tables import (
     read_tables,
     with_options,
 )
-from trueloop.probing.calibration import BallCalibration
+from trueloop.probing.calibration import BallCalibration, Stylus
 from trueloop.probing.probe_plan import Approach, SecondTouch
-from trueloop.probing.stylus import Stylus
 from trueloop.units import UM_PER_MM
 
 LEAST_BACK_OFF_MM: Final = 0.1

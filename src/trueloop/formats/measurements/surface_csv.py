@@ -14,8 +14,8 @@ from trueloop.errors import Code
 from trueloop.formats.measurements.rows import CsvKind, Rows, read_csv
 from trueloop.surface.deviations.deviations import SurfaceDeviations
 from trueloop.surface.pattern.pattern import PartMaps, Pattern
-from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import Separation
+from trueloop.surface.separation.spline_surface import Places
 from trueloop.units import UM_PER_MM
 
 HEADER: Final = "row,column,u,v,x_mm,y_mm,z_mm,nx,ny,nz,error_um"

@@ -15,7 +15,7 @@ import numpy as np
 
 from trueloop.errors import Code
 from trueloop.formats.measurements.rows import csv_cell
-from trueloop.turned.compensation.prediction import CorrectionTable
+from trueloop.turned.compensation.targets import CorrectionTable
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:  # slow to import

@@ -30,9 +30,8 @@ from trueloop.formats.input_file import readable
 from trueloop.formats.outputs import written_as_it_comes
 from trueloop.jobs.store.opened import make_store, open_store, require_nothing
 from trueloop.storage.integrity import damage
-from trueloop.storage.keeping import Keeping
+from trueloop.storage.keeping import Keeping, Query, found
 from trueloop.storage.kinds import KINDS
-from trueloop.storage.reading import Query, found
 from trueloop.storage.store import Kept, Store, copy_rows
 
 FORMAT: Final = "trueloop store"

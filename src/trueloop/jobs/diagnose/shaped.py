@@ -15,10 +15,8 @@ from trueloop.errors import Code, Finding, in_file
 from trueloop.formats.measurements.inspections_csv import read_repeats
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.model_file import read_model
-from trueloop.jobs.diagnose.both import GivenModel, both_of_machine, given_model
-from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions, sources_of
-from trueloop.jobs.diagnose.records import part_named
-from trueloop.jobs.diagnose.seen_series import parts_of
+from trueloop.jobs.diagnose.records import GivenModel, both_of_machine, given_model, part_named
+from trueloop.jobs.diagnose.seen_series import DiagnosisOptions, parts_of, sources_of
 from trueloop.jobs.machine.machine_model import offer_model
 from trueloop.loops.diagnosis.left_on_parts import MachineDiagnosis, diagnose_machine
 from trueloop.loops.diagnosis.part import Repeats, repeats_of, require_stable

@@ -55,11 +55,10 @@ from trueloop.report import still
 from trueloop.report.markup import esc
 from trueloop.report.shape import known
 from trueloop.report.texts.texts import Texts
-from trueloop.report.turned.features import feature_summaries
 from trueloop.report.turned.figures import whiskers
 from trueloop.report.turned.page import WIDTHS
 from trueloop.report.turned.part import all_notes, answer_of, answers
-from trueloop.report.turned.summary import headline
+from trueloop.report.turned.summary import feature_summaries, headline
 from trueloop.report.turned.touch_sheet import places_figure
 from trueloop.storage.store import Store, find
 from trueloop.units import MM_PER_INCH, UM_PER_MM

@@ -42,7 +42,7 @@ from trueloop.jobs.factory.uploads import (
     upload_view,
 )
 from trueloop.jobs.measure.keep_measured import After, StatedCut, keep_in
-from trueloop.jobs.store.finish_cut import CutStatement
+from trueloop.jobs.store.keep_facts import CutStatement
 from trueloop.jobs.store.opened import Keeping
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.report.texts.texts import Texts

@@ -19,9 +19,18 @@ from trueloop.formats.jobs.job import Job
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.toml_tables import options_from
 from trueloop.jobs.measure.measured import serial_error
-from trueloop.jobs.store.finish_cut import CutStatement, correction_of, finish_cut, is_changed, said_of_each
 from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, order_in_doubt, touched_at
-from trueloop.jobs.store.keep_facts import KeptFacts, judged_parts, keep_facts, texts_of
+from trueloop.jobs.store.keep_facts import (
+    CutStatement,
+    KeptFacts,
+    correction_of,
+    finish_cut,
+    is_changed,
+    judged_parts,
+    keep_facts,
+    said_of_each,
+    texts_of,
+)
 from trueloop.jobs.store.of_this_part import (
     as_known,
     cuts_of,

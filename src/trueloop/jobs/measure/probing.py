@@ -29,11 +29,10 @@ from trueloop.jobs.turned.job import ReadPart, read_part
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.turned.readings import DEVICES
 from trueloop.loops.turned.share import touch_in
-from trueloop.probing.calibration import BallCalibration
+from trueloop.probing.calibration import BallCalibration, Obstacle, stock_obstacle, whole_obstacle
 from trueloop.probing.cmm_plan import CmmApproach, CmmTouch, cmm_moves, cmm_plan
 from trueloop.probing.probe_match import MatchedTouches, Trials, match_touches, match_trials, renamed, repeated
 from trueloop.probing.probe_plan import MARGIN_MM, GaugingPoints, ProbePlan, Spacing, equally_spaced, probe_plan
-from trueloop.probing.stylus import Obstacle, stock_obstacle, whole_obstacle
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
 REPORTING_SURFACES: Final = ("renishaw",)

@@ -21,8 +21,8 @@ from trueloop.loops.monitor.certificate import Certificate, InForce, PartInspect
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.correction import Correction as TurnedCorrection
 from trueloop.loops.turned.in_force import cut_with
+from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.loops.turned.share import characteristics_in, frame_of
-from trueloop.loops.turned.taken_off import program_that_ran
 from trueloop.report.markup import write_page
 from trueloop.report.monitor.certificate import CertificateShape, certificate_page, certificate_shape
 from trueloop.storage.store import Store, find

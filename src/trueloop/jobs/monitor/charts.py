@@ -18,7 +18,7 @@ from trueloop.loops.monitor.known import PartFacts
 from trueloop.loops.post_process.series import MadePart, Series, SeriesOptions
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.in_force import cut_with
-from trueloop.loops.turned.taken_off import program_that_ran, taken_off_sizes_mm
+from trueloop.loops.turned.made_parts import program_that_ran, taken_off_sizes_mm
 from trueloop.report.monitor.chart_values import ChartsShape, charts_shape
 from trueloop.report.monitor.gauge import GaugesShape, gauges_shape
 from trueloop.storage.store import Store, find

@@ -31,8 +31,18 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.machine.model.chain import ZERO, Vector
 from trueloop.machine.model.validity import require_serial
 from trueloop.nc.program.program import Program, read_program
-from trueloop.realtime.bank import NOTHING, SignalLimits, bank_of, signals_of
-from trueloop.realtime.image import TRAVEL_TOLERANCE_MM, Bank, Block, Identity, Image, RealTimeLimits
+from trueloop.realtime.image import (
+    NOTHING,
+    TRAVEL_TOLERANCE_MM,
+    Bank,
+    Block,
+    Identity,
+    Image,
+    RealTimeLimits,
+    SignalLimits,
+    bank_of,
+    signals_of,
+)
 from trueloop.realtime.largest import Extent, extent_of
 from trueloop.report.realtime.image_summary import where_in_words
 from trueloop.storage.kinds import joined

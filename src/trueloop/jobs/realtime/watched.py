@@ -42,9 +42,8 @@ from trueloop.realtime.samples import (
     gathered,
     signal_columns,
 )
-from trueloop.report.realtime.live import live_page, silence, told
 from trueloop.report.realtime.page import run_page
-from trueloop.report.realtime.run import RunPage, Trace, timing_of, trace_names
+from trueloop.report.realtime.run import RunPage, Trace, live_page, silence, timing_of, told, trace_names
 
 KEPT: Final = 600
 """History that a browser gets first: a minute."""

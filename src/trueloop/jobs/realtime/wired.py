@@ -16,7 +16,7 @@ from trueloop.controllers.linuxcnc.realtime.configuration import Configuration, 
 from trueloop.controllers.linuxcnc.realtime.hal_checks import mm_per_unit
 from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, watching, wiring
 from trueloop.controllers.linuxcnc.realtime.signals import component
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.controllers.linuxcnc.realtime.signals.component import linuxcnc_module
 from trueloop.controllers.linuxcnc.realtime.signals.setup import Setup, setup_of
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError

@@ -16,7 +16,7 @@ from trueloop.statistics import rms
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.plausibility import ON_PROFILE_MM
+from trueloop.turned.touches.touches import ON_PROFILE_MM
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 from trueloop.wording import Um, wording
 

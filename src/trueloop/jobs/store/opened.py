@@ -143,7 +143,7 @@ def require_nothing(path: Path) -> None:
 
 
 def _require_no_store(url: str) -> None:
-    from trueloop.storage.reading import shown
+    from trueloop.storage.keeping import shown
     from trueloop.storage.store import open_store
 
     try:

@@ -10,8 +10,7 @@ from trueloop.domain.tool import Edge
 from trueloop.jobs.store.history import LivedPart, history_from, life_of, made_of, mountings, touched_at, whole_of_cut
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.made_parts import name_of
-from trueloop.memory.edge.predict import latest_of
-from trueloop.memory.edge.refuse import FIRST
+from trueloop.memory.edge.predict import FIRST, latest_of
 from trueloop.memory.made_part import MadePart
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find

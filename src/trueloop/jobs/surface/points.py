@@ -16,8 +16,7 @@ from trueloop.formats.measurements.surface_csv import read_points
 from trueloop.formats.toml_tables import options_from
 from trueloop.geometry.surface import closest
 from trueloop.loops.surface.correction import SurfaceInputs
-from trueloop.surface.deviations.plausibility import refuse_unit
-from trueloop.surface.deviations.points import MeasuredPoints, on_face
+from trueloop.surface.deviations.points import MeasuredPoints, on_face, refuse_unit
 from trueloop.surface.options import SurfaceOptions
 from trueloop.units import MM_PER_INCH
 from trueloop.wording import did_you_mean

@@ -66,8 +66,8 @@ class CorrectedPart:
         """Returns, for a notebook, each edge's figure before and after with its features and what to expect of them."""
         from trueloop.report.markup import esc, table
         from trueloop.report.still import svg
-        from trueloop.report.turned.features import feature_summaries
         from trueloop.report.turned.figures.whiskers import before_and_after
+        from trueloop.report.turned.summary import feature_summaries
 
         parts: list[str] = []
         for edge in self.edges:

@@ -13,8 +13,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.option import Limits
 from trueloop.domain.tool import Edge, Machine, Tool
 from trueloop.errors import Code, Place
-from trueloop.formats.jobs.correction_tables import CompensationTable, FeatureFitTable
-from trueloop.formats.jobs.job import Job
+from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
 from trueloop.formats.jobs.profile_of_job import fit_notes
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.jobs.tool_tables import ToolTable as TableOfTool
@@ -30,7 +29,7 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.cuts import InSetups, Setup, in_setups
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.share import vectors_in, vectors_of_edge
-from trueloop.memory.edge.state import MemoryOptions
+from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.program import Program
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts

@@ -12,7 +12,7 @@ from trueloop.domain.option import PageOptions
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import FilePath
-from trueloop.formats.jobs.correction_tables import MachineTable
+from trueloop.formats.jobs.job import MachineTable
 from trueloop.formats.jobs.profile_of_job import fit_notes
 from trueloop.formats.jobs.tool_tables import ToolsTable
 from trueloop.formats.measurements.history_csv import read_history

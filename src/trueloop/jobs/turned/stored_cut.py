@@ -21,7 +21,7 @@ from trueloop.jobs.turned.cut_with import (
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.in_force import HINT, InForce, in_force
-from trueloop.loops.turned.taken_off import program_that_ran
+from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 

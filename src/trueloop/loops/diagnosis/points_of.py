@@ -20,7 +20,7 @@ from trueloop.domain.life import Ran
 from trueloop.geometry.feature import Feature, Line, is_curved
 from trueloop.geometry.profile import Junction, JunctionKind, Profile
 from trueloop.loops.turned.correction import Correction
-from trueloop.loops.turned.taken_off import moved_mm
+from trueloop.loops.turned.made_parts import moved_mm
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import Axis, MatchedReading, Matches, feature_named
 from trueloop.turned.readings.observed import corrected

@@ -32,8 +32,15 @@ from trueloop.loops.turned.part_on_machine import CompMtg, PartOnMachine
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion
 from trueloop.realtime.image import Block
-from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, shifted_contour
-from trueloop.turned.compensation.displaced import DisplacedFeature, Displacement, Then
+from trueloop.turned.compensation.displaced import (
+    CentrePiece,
+    DisplacedFeature,
+    Displacement,
+    ShiftedFeature,
+    Then,
+    centre_pieces,
+    shifted_contour,
+)
 from trueloop.turned.compensation.moves import Move, between
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.targets import CutEnds, ends_of, neighbours

@@ -49,9 +49,8 @@ from trueloop.surface.pattern.pattern import Outlier, Pattern
 from trueloop.surface.pattern.support import Support
 from trueloop.surface.separation.moran import Normality, Null
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.separate import OutlyingPoint, Separation, Trial, scattering_part
-from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop.surface.separation.spline_surface import Places, Size, SplineSurface
 from trueloop.units import UM_PER_MM
 
 MOSTLY: Final = 0.5

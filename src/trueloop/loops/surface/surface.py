@@ -29,7 +29,6 @@ from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.field import FaceField, FaceParts, fields_of
 from trueloop.surface.pattern.pattern import LEAST_PARTS, PartMaps, Pattern, part_maps, parts_needed, pattern_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood
-from trueloop.surface.separation.places import Places, places_of, same_places
 from trueloop.surface.separation.separate import (
     OutlyingPoint,
     Separation,
@@ -37,7 +36,7 @@ from trueloop.surface.separation.separate import (
     outlying_point,
     separate,
 )
-from trueloop.surface.separation.spline_surface import SplineSurface
+from trueloop.surface.separation.spline_surface import Places, SplineSurface, places_of, same_places
 from trueloop.units import UM_PER_MM
 
 

@@ -28,9 +28,8 @@ from trueloop.loops.turned.deviations import (
 from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.nc.check.rapid import sides_of_cuts
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
-from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.cutters import CENTRE, ORIENTATIONS, of_centre, require_side, tip_mm
-from trueloop.nc.match.matching import match_contour
+from trueloop.nc.match.matching import ContourMatch, match_contour
 from trueloop.nc.program.along import FeedMove, feed_moves, path_mode_findings
 from trueloop.nc.program.called import CalledOffset, CutterTool, called
 from trueloop.nc.program.program import Program

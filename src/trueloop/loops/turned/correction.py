@@ -26,15 +26,15 @@ from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.error_sources import FeatureSources
 from trueloop.loops.turned.in_force import NOTHING, InForce
 from trueloop.loops.turned.part_on_machine import PartOnMachine, Zero
-from trueloop.memory.edge.state import IN_FULL, MemoryOptions
+from trueloop.memory.edge.learnt import IN_FULL, MemoryOptions
 from trueloop.memory.made_part import Expected, MadePart
 from trueloop.nc.match.cutters import CuttingEdge
 from trueloop.nc.program.program import Program
 from trueloop.statistics import rms
-from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
-from trueloop.turned.compensation.prediction import CorrectionTable, Prediction
+from trueloop.turned.compensation.displaced import CentrePiece
 from trueloop.turned.compensation.shift import Shift, unasked_u_mm
+from trueloop.turned.compensation.targets import CorrectionTable, Prediction
 from trueloop.turned.error_curve.curve import Budget
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.nose_fit import NoseModel

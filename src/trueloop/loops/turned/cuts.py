@@ -11,9 +11,8 @@ from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.setup_frame import SetupFrame
 from trueloop.loops.turned.commanded import Run
-from trueloop.nc.match.contour_match import FeatureMatch
 from trueloop.nc.match.cutters import Cutters, CuttingEdge, cutters, of_centre, tip_mm
-from trueloop.nc.match.matching import match_each
+from trueloop.nc.match.matching import FeatureMatch, match_each
 from trueloop.nc.match.own_contour import OwnContour, own_contour
 from trueloop.nc.program.along import feed_moves
 from trueloop.nc.program.called import CalledOffset, called

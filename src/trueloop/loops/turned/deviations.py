@@ -18,7 +18,7 @@ from trueloop.arrays import Array
 from trueloop.geometry.feature import Line, is_curved
 from trueloop.geometry.profile import Profile
 from trueloop.memory.made_part import CutErrors
-from trueloop.nc.match.contour_match import ContourMatch, FeatureMatch
+from trueloop.nc.match.matching import ContourMatch, FeatureMatch
 from trueloop.nc.program.along import FeedMove
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.statistics import rms

@@ -21,7 +21,7 @@ from trueloop.estimate.places import Places
 from trueloop.estimate.state import State
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.deviations import places_at
-from trueloop.memory.edge.state import cut_of, known_edge
+from trueloop.memory.edge.learnt import cut_of, known_edge
 from trueloop.memory.made_part import MadePart
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.between_cuts import NONE, BetweenCuts

@@ -21,8 +21,8 @@ from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.state import State
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.deviations import places_at
+from trueloop.memory.edge.learnt import known_edge, observed, places_of
 from trueloop.memory.edge.predict import latest
-from trueloop.memory.edge.state import known_edge, observed, places_of
 from trueloop.memory.made_part import MadePart
 from trueloop.tolerances.conformance import judge
 from trueloop.turned.characteristics.judging import DRAWS, alike_along

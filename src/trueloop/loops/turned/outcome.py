@@ -8,12 +8,12 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.life import Cut
 from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.made_parts import program_that_ran
 from trueloop.loops.turned.paths import Shifts
-from trueloop.loops.turned.taken_off import program_that_ran
 from trueloop.statistics import rms
 from trueloop.turned.compensation.decide import Decision
-from trueloop.turned.compensation.prediction import Prediction, predict
 from trueloop.turned.compensation.shift import unasked_u_mm
+from trueloop.turned.compensation.targets import Prediction, predict
 from trueloop.turned.error_curve.curve import Budget, joined
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.between_cuts import BetweenCuts

@@ -26,8 +26,7 @@ from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals, means
 from trueloop.machine.model.validity import check_state
 from trueloop.nc.program.along import points_along
-from trueloop.turned.compensation.contour import CentrePiece
-from trueloop.turned.compensation.displaced import Displacement, magnitude
+from trueloop.turned.compensation.displaced import CentrePiece, Displacement, magnitude
 from trueloop.turned.compensation.limits import check_along, cut_mm
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_sum
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen

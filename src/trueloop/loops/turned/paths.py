@@ -25,9 +25,16 @@ from trueloop.nc.match.cutters import CENTRE
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
-from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.turned.compensation.decide import FACES_AXIS, Decision
-from trueloop.turned.compensation.displaced import Constant, Displacement, Then, displaced_pieces
+from trueloop.turned.compensation.displaced import (
+    CentrePiece,
+    Constant,
+    Displacement,
+    Then,
+    centre_pieces,
+    displaced_pieces,
+    shifted_contour,
+)
 from trueloop.turned.compensation.limits import check_limits, check_nose, check_offset
 from trueloop.turned.compensation.shift import ZERO, Shift, constant, of_curve, of_slope, to_take_out, weighted_sum
 from trueloop.turned.compensation.targets import SAMPLES_OF_LINE, Fitting, cramped_lines

@@ -46,9 +46,8 @@ from trueloop.memory.edge.predict import latest, remembered
 from trueloop.memory.made_part import MadePart
 from trueloop.turned.compensation.decide import Decision, decide
 from trueloop.turned.compensation.displaced import decide_unmoved
-from trueloop.turned.compensation.prediction import Prediction, correction_table
 from trueloop.turned.compensation.shift import Shift
-from trueloop.turned.compensation.targets import Fitting
+from trueloop.turned.compensation.targets import Fitting, Prediction, correction_table
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.fit.prior.part_state import SeriesState
 from trueloop.turned.fit.prior.remembered_fit import angles_along
@@ -58,7 +57,7 @@ from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.readings.of_this_part import check_neighbours, neighbour_words
 from trueloop.turned.readings.vectors import z_zero
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.plausibility import check_loop_sign
+from trueloop.turned.touches.touches import check_loop_sign
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
 

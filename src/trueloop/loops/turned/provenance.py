@@ -34,18 +34,17 @@ from trueloop.machine.model.history import Lag
 from trueloop.machine.model.term import Part, PositionBasis, Term
 from trueloop.memory.made_part import Expected
 from trueloop.nc.program.unit import recorded_program, unit_of_path
-from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
 from trueloop.turned.compensation.decide import AxisDecision, Decision, UnmovedDecision
-from trueloop.turned.compensation.displaced import Constant, DisplacedFeature, Then
-from trueloop.turned.compensation.prediction import CorrectionTable, Prediction
+from trueloop.turned.compensation.displaced import CentrePiece, Constant, DisplacedFeature, ShiftedFeature, Then
 from trueloop.turned.compensation.shift import Shift
+from trueloop.turned.compensation.targets import CorrectionTable, Prediction
 from trueloop.turned.error_curve.bad_touches import SuspectTouch
 from trueloop.turned.error_curve.curve import Budget, ErrorCurve
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.error_curve.junctions import DisplacedJunction, Tangency
 from trueloop.turned.fit.between_cuts import BetweenCuts, NextCut
 from trueloop.turned.fit.chain_fit import TangentPolicy
-from trueloop.turned.fit.choose import ModelChoice
+from trueloop.turned.fit.fit_chains import ModelChoice
 from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.fit.spline import EndConditions, Spline
 from trueloop.turned.options import Options

@@ -25,7 +25,7 @@ from trueloop.nc.match.cutters import of_centre
 from trueloop.nc.program.called import called
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
-from trueloop.turned.compensation.contour import CentrePiece
+from trueloop.turned.compensation.displaced import CentrePiece
 from trueloop.turned.compensation.moves import between
 from trueloop.turned.compensation.targets import (
     EndShift,

@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.curve import Curve
-from trueloop.geometry.curve_building import part_of
+from trueloop.geometry.curve import Curve, part_of
 from trueloop.geometry.feature import Feature, Line, LineOrArc
 from trueloop.geometry.intersection import intersections
 from trueloop.geometry.offset import contour_from_centre_path

@@ -21,8 +21,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Feature, Point
 from trueloop.geometry.profile import Profile
-from trueloop.nc.match.contour_match import ContourMatch
-from trueloop.nc.match.matching import TOLERANCE_MM
+from trueloop.nc.match.matching import TOLERANCE_MM, ContourMatch
 from trueloop.nc.program.along import FeedMove
 from trueloop.nc.program.called import CalledOffset
 from trueloop.nc.program.dialect import Dialect

@@ -1,17 +1,265 @@
-"""The search for the moves of a program that cut each feature."""
+"""The search for the moves of a program that cut each feature.
+
+The match of a program with a profile: the passes over a feature (runs of feed moves that follow it), the one that
+cuts it whole, and the deviation of the commanded contour.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Arc, Feature
+from trueloop.geometry.feature import Arc, Feature, Line, LineOrArc, distance_mm
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.nc.match.contour_match import ContourMatch, FeatureMatch, Passes
 from trueloop.nc.program.along import FeedMove, moves_of_one_kind
+from trueloop.wording import wording
+
+
+@dataclass(frozen=True)
+class MatchedMove:
+    """One move that cuts a feature.
+
+    `start_mm` and `end_mm` are the arc lengths, on the nominal feature, of the feet of the move's ends: less than 0 or
+    more than the feature's length where it runs beyond, falling in a reversed program.
+    """
+
+    move: FeedMove
+    start_mm: float
+    end_mm: float
+
+
+@dataclass(frozen=True)
+class FeatureMatch:
+    """The moves that cut one feature, in order of arc length. `offset_mm` is nose radius plus allowance."""
+
+    feature: Feature
+    moves: tuple[MatchedMove, ...]
+    backwards: bool
+    offset_mm: float
+
+    def deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
+        """Returns the commanded contour's deviation from nominal (plus allowance) along the normal, (...) → (...).
+
+        Measured from the nominal centre path to the commanded one along the nominal normal, which equals the distance
+        of the contours up to R·slope²/2. Exact and linear for a line on a line. Beyond the first and last move these
+        go on along their line or circle.
+        """
+        s = np.asarray(arc_length_mm, dtype=np.float64)
+        normal = self.feature.outward_normal(s)
+        origin = self.feature.point_mm(s) + self.offset_mm * normal
+        turns = np.array([max(min(m.start_mm, m.end_mm), 0.0) for m in self.moves[1:]])
+        piece = np.searchsorted(turns, s, side="right")
+        deviation = np.empty_like(s)
+        for k, matched in enumerate(self.moves):
+            here = piece == k
+            deviation[here] = _along_normal(matched.move.path, origin[here], normal[here])
+        return deviation
+
+
+@dataclass(frozen=True)
+class ContourMatch:
+    """All features of a profile with the moves that cut them.
+
+    Of the other moves in the same uninterrupted chains of feed moves, `lead` come before or after (approach, pull-out),
+    `run_out` only lengthen the profile's first or last feature beyond its end, and `between` lie between two features
+    (an arc about an edge, say). Sorted by their place in the program.
+    """
+
+    profile: Profile
+    features: tuple[FeatureMatch, ...]
+    lead: tuple[FeedMove, ...]
+    run_out: tuple[FeedMove, ...]
+    between: tuple[FeedMove, ...]
+
+    @property
+    def on_contour(self) -> bool:
+        """Returns whether the moves are those of the contour, under G41 or G42, and not of the nose's centre."""
+        return self.features[0].moves[0].move.on_contour
+
+
+def _along_normal(commanded: LineOrArc, origin: Array, normal: Array) -> Array:
+    """Signed distance from `origin` (n, 2) along `normal` to the line or circle of a move: the nearer crossing."""
+    if isinstance(commanded, Line):
+        across = commanded.outward_normal(0.0)
+        to_line: Array = (np.asarray(commanded.start_mm) - origin) @ across / (normal @ across)
+        return to_line
+    from_centre = origin - np.asarray(commanded.centre_mm)
+    along = np.einsum("ij,ij->i", normal, from_centre)
+    power = np.einsum("ij,ij->i", from_centre, from_centre) - commanded.radius_mm**2
+    to_circle: Array = -power / (along + np.copysign(np.sqrt(np.maximum(along**2 - power, 0.0)), along))
+    return to_circle
+
+
+_SAMPLES: Final = 17
+_SAME_DIRECTION: Final = 0.8
+"""A move goes along a feature when it advances on it by at least this share of its length."""
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """A move along a feature: its place among the feed moves, its ends' arc lengths on the centre path's feature."""
+
+    ordinal: int
+    matched: MatchedMove
+    from_mm: float
+    to_mm: float
+
+    def goes_on_as(self, after: "_Cut") -> bool:
+        """Returns whether `after` is the very next move, in the same direction."""
+        adjacent = after.ordinal == self.ordinal + 1 and after.matched.move.chain == self.matched.move.chain
+        return adjacent and (after.to_mm - after.from_mm) * (self.to_mm - self.from_mm) > 0
+
+
+@dataclass(frozen=True)
+class Pass:
+    """Consecutive moves along one feature in one direction, and how much of its length they leave."""
+
+    moves: tuple[MatchedMove, ...]
+    missing_mm: float
+    length_mm: float
+
+
+@dataclass(frozen=True)
+class Passes:
+    """The search for passes among feed moves, along the path that they would take over the profile, and how near."""
+
+    profile: Profile
+    path: CentrePath
+    moves: Sequence[FeedMove]
+    tolerance_mm: float
+
+    def match(self, index: int) -> FeatureMatch:
+        """Returns the one whole pass over feature `index`; a pass over less than a tenth of it does not count."""
+        passes = [p for p in self._passes(index) if p.missing_mm < 0.9 * p.length_mm]
+        if not any(self._whole(p) for p in passes):
+            raise self._no_match(index, passes)
+        if len(passes) > 1:
+            raise self.ambiguous(index, [p.moves for p in passes])
+        moves = passes[0].moves
+        backwards = moves[0].start_mm > moves[0].end_mm
+        feature, offset_mm = self.profile.features[index], self.path.nose_radius_mm
+        return FeatureMatch(feature, moves[::-1] if backwards else moves, backwards, offset_mm)
+
+    def whole_passes(self, index: int) -> list[Pass]:
+        """Returns the passes that cut all of feature `index`."""
+        return [over for over in self._passes(index) if self._whole(over)]
+
+    def _whole(self, over: Pass) -> bool:
+        """Neighbours that deviate by up to the tolerance shift the place where one move hands over to the next."""
+        return over.missing_mm <= 0.1 * over.length_mm + 2 * self.tolerance_mm
+
+    def _passes(self, index: int) -> list[Pass]:
+        runs: list[list[_Cut]] = []
+        for cut in self._cuts(index):
+            if runs and runs[-1][-1].goes_on_as(cut):
+                runs[-1].append(cut)
+            else:
+                runs.append([cut])
+        return [self._pass(index, run) for run in runs]
+
+    def _pass(self, index: int, run: Sequence[_Cut]) -> Pass:
+        length_mm = self.path.features[index].length_mm
+        low = min(min(cut.from_mm, cut.to_mm) for cut in run)
+        high = max(max(cut.from_mm, cut.to_mm) for cut in run)
+        missing_mm = max(low, 0.0) + max(length_mm - high, 0.0)
+        return Pass(tuple(cut.matched for cut in run), missing_mm, length_mm)
+
+    def _cuts(self, index: int) -> Iterator[_Cut]:
+        """Moves along the feature, in program order: both ends near its line or circle, then all of the move."""
+        if not self.moves:
+            return
+        feature = self.path.features[index]
+        starts = feature.locate([m.path.start_mm for m in self.moves])[1]
+        ends = feature.locate([m.path.end_mm for m in self.moves])[1]
+        near = (np.abs(starts) <= self.tolerance_mm) & (np.abs(ends) <= self.tolerance_mm)
+        for k in np.flatnonzero(near):
+            if (cut := self._cut(index, int(k))) is not None:
+                yield cut
+
+    def _cut(self, index: int, k: int) -> _Cut | None:
+        move, feature = self.moves[k], self.path.features[index]
+        points = move.path.point_mm(np.linspace(0.0, move.path.length_mm, _SAMPLES))
+        s, off = feature.locate(points)
+        advance = abs(float(s[-1] - s[0]))
+        if np.abs(off).max() > self.tolerance_mm or advance < _SAME_DIRECTION * move.path.length_mm:
+            return None
+        low, high = max(min(s[0], s[-1]), 0.0), min(max(s[0], s[-1]), feature.length_mm)
+        enough = min(0.5 * advance, 0.5 * feature.length_mm, 2 * self.tolerance_mm)
+        if high - low < enough or not self._nearest_is(index, (low + high) / 2, s, points):
+            return None
+        ends = self.profile.features[index].locate(points[[0, -1]])[0]
+        return _Cut(k, MatchedMove(move, float(ends[0]), float(ends[1])), float(s[0]), float(s[-1]))
+
+    def _nearest_is(self, index: int, middle_mm: float, s: Array, points: Array) -> bool:
+        """Returns whether the move, in the middle of what it shares with the feature, is nearer to it than to any
+        other.
+        """
+        order = np.argsort(s)
+        middle = [float(np.interp(middle_mm, s[order], points[order, axis])) for axis in (0, 1)]
+        return bool(Profile(self.path.features, ()).locate(middle).feature_index[0] == index)
+
+    def _no_match(self, index: int, passes: Sequence[Pass]) -> TrueloopError:
+        name = self.profile.features[index].name
+        hint = (
+            "check nose radius, allowance, parameters, part zero; without G41 or G42 the path is that of the nose's "
+            "centre, or of the tip that `tool.tip` states"
+        )
+        if passes:
+            best = min(passes, key=lambda p: p.missing_mm)
+            cut_mm, by_line = best.length_mm - best.missing_mm, best.moves[0].move.line
+            message = f"'{name}' is cut on {cut_mm:.3f} mm of {best.length_mm:.3f} mm only, from line {by_line} on"
+            return Code.NC_NO_MATCH.refusal(message, hint=hint, place=Place(line=by_line), values={"feature": name})
+        nearest_mm, line = self._nearest(index)
+        message = f"no feed move cuts '{name}' within {self.tolerance_mm:.3f} mm" + (
+            f": the nearest, line {line}, passes its middle at {nearest_mm:.3f} mm" if line else ": there are 0 moves"
+        )
+        return Code.NC_NO_MATCH.refusal(message, hint=hint, place=Place(line=line), values={"feature": name})
+
+    def _nearest(self, index: int) -> tuple[float, int | None]:
+        """Distance from the middle of the centre path's feature to the nearest feed move, and that move's line."""
+        feature = self.path.features[index]
+        x, z = feature.point_mm(feature.length_mm / 2)
+        found = [(distance_mm(move.path, (float(x), float(z))), move.line) for move in self.moves]
+        return min(found, default=(math.inf, None))
+
+    def ambiguous(self, index: int, passes: Sequence[Sequence[MatchedMove]]) -> TrueloopError:
+        """Returns the error NC-AMBIGUOUS: several passes cut feature `index`."""
+        ordered = sorted(passes, key=lambda moves: moves[0].move.index)
+        spans = [_span(moves) for moves in ordered]
+        return Code.NC_AMBIGUOUS.refusal(
+            wording(
+                "'{feature}' is cut {n} times within {tolerance_mm:.3f} mm, by lines {lines}",
+                feature=self.profile.features[index].name,
+                n=len(passes),
+                tolerance_mm=self.tolerance_mm,
+                lines=", ".join(spans),
+            ),
+            hint=_how_to_choose(spans),
+            place=Place(line=ordered[1][0].move.line),
+            values={"feature": self.profile.features[index].name, "lines": spans},
+        )
+
+
+def _how_to_choose(spans: Sequence[str]) -> str:
+    if len(set(spans)) == 1:
+        return (
+            "the same lines run several times, so no range of lines tells the passes apart: write the finish pass out"
+        )
+    return "name the lines of the pass that is meant, first and last: in a job, [programs] finish_lines = [from, to]"
+
+
+def _span(moves: Sequence[MatchedMove]) -> str:
+    """The lines of a pass, with the code that keeps the nose off it where one does."""
+    first, last = sorted((moves[0].move.line, moves[-1].move.line))
+    lines = str(first) if first == last else f"{first}–{last}"
+    return f"{lines} (G{moves[0].move.compensation})" if moves[0].move.on_contour else lines
+
 
 TOLERANCE_MM: Final = 0.125
 """The most that a commanded contour may be from the nominal one: half the usual 0.25 mm between passes, so that a mock

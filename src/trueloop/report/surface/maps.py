@@ -14,7 +14,7 @@ from trueloop.loops.surface.surface import SurfaceModel
 from trueloop.report.markup import esc
 from trueloop.report.style import FAINT, INK, LEFT_ON, SOFT, TAKEN, plain, round_step, signed
 from trueloop.surface.pattern.pattern import PartMaps, Pattern
-from trueloop.surface.separation.places import Places
+from trueloop.surface.separation.spline_surface import Places
 from trueloop.units import UM_PER_MM
 
 SCALE: Final[list[tuple[float, str]]] = [

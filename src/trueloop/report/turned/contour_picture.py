@@ -14,7 +14,7 @@ from trueloop.report import style
 
 if TYPE_CHECKING:  # slow to import
     from trueloop.formats.cad.dxf import DxfSheet
-    from trueloop.formats.cad.dxf_views import Candidate
+    from trueloop.formats.cad.dxf_sheet import Candidate
     from trueloop.formats.cad.step_profile import StepSolid
 import math
 from dataclasses import asdict

@@ -10,8 +10,6 @@ from trueloop.loops.turned.outcome import between_cuts_words
 from trueloop.report.program_diff import changed_lines, diff
 from trueloop.report.shape import known
 from trueloop.report.turned.characteristic_table import characteristics_as_dicts
-from trueloop.report.turned.decisions import by_tool_as_dict
-from trueloop.report.turned.features import FeatureSummary, feature_summaries, worst_of
 from trueloop.report.turned.remembered import memory_as_dict
 from trueloop.report.turned.shapes import (
     AxesShape,
@@ -30,8 +28,8 @@ from trueloop.report.turned.shapes import (
     SourceShape,
     SuspectShape,
 )
-from trueloop.report.turned.summary import header, headline
-from trueloop.report.turned.touch_table import touch_rows
+from trueloop.report.turned.summary import FeatureSummary, feature_summaries, header, headline, worst_of
+from trueloop.report.turned.touch_table import by_tool_as_dict, touch_rows
 from trueloop.statistics import rms
 from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.units import UM_PER_MM

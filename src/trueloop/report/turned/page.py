@@ -17,15 +17,21 @@ from trueloop.report.program_diff import changed_lines, program_diff
 from trueloop.report.style import Figure, signed
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.turned.characteristic_table import characteristic_table
-from trueloop.report.turned.decisions import by_tool_block, decisions
-from trueloop.report.turned.features import kind_of_correction
 from trueloop.report.turned.figures import whiskers
 from trueloop.report.turned.figures.curves import error_curve, uncertainty
 from trueloop.report.turned.figures.part_drawing import times
 from trueloop.report.turned.remembered import memory_section
 from trueloop.report.turned.sources import sources_section
-from trueloop.report.turned.summary import feature_table, header, header_fields, offset_words, to_run, verdict
-from trueloop.report.turned.touch_table import composed_section, touches_csv, touches_table
+from trueloop.report.turned.summary import (
+    feature_table,
+    header,
+    header_fields,
+    kind_of_correction,
+    offset_words,
+    to_run,
+    verdict,
+)
+from trueloop.report.turned.touch_table import by_tool_block, composed_section, decisions, touches_csv, touches_table
 from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.turned.error_curve.junctions import DisplacedJunction, Tangency
 from trueloop.units import UM_PER_MM

@@ -16,7 +16,7 @@ from trueloop.report.program_diff import changed_lines, program_diff
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.turned.characteristic_table import characteristic_table, characteristics_as_dicts
 from trueloop.report.turned.contour_picture import COLOURS
-from trueloop.report.turned.features import feature_summaries
+from trueloop.report.turned.summary import feature_summaries
 from trueloop.wording import all_of, wording
 
 

@@ -1,18 +1,61 @@
-"""Keys of programs: of one machine's cell, or for figures of the service. Shown once, kept as hashes, ended by time."""
+"""Keys of programs: of one machine's cell, or for figures of the service. Shown once, kept as hashes, ended by time.
 
+Who asks: `Who`, a person with a session or the holder of a key.
+"""
+
+import json
 import secrets
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from hashlib import sha256
 from typing import Any, Final, Literal
 
-from sqlalchemy import Row, insert, select, update
+from sqlalchemy import Connection, Row, insert, select, update
 
 from trueloop.described import filled_from
+from trueloop.domain.option import LengthUnit
 from trueloop.errors import Code, TrueloopError
-from trueloop.server.identity.who import Who, hashed, note
-from trueloop.storage.factory_tables import API_KEY, stamp
+from trueloop.storage.factory_tables import API_KEY, EVENT, stamp
 from trueloop.storage.store import Store
 from trueloop.wording import wording
+
+Role = Literal["viewer", "operator", "engineer", "admin", "cell", "metrics"]
+ROLES: tuple[Role, ...] = ("viewer", "operator", "engineer", "admin")
+"""Of persons, each may do what those before it may."""
+
+
+@dataclass(frozen=True)
+class Who:
+    """`name` of account or key; `session`: its id's hash, "" of a key; `once`: account and key of a request."""
+
+    name: str
+    role: Role
+    display: str = ""
+    language: str = "en"
+    unit: LengthUnit = "mm"
+    account: int = 0
+    session: str = ""
+    machine: str = ""
+    expires_at: datetime | None = None
+    once: tuple[str, str] | None = None
+
+    @property
+    def person(self) -> bool:
+        """Returns whether it is a person with a session, not a program with a key."""
+        return bool(self.session)
+
+
+def note(connection: Connection, now: datetime, who: str, what: str, subject: str, values: Mapping[str, str]) -> None:
+    """Writes a line of the event log."""
+    document = json.dumps(dict(values), ensure_ascii=False)
+    connection.execute(insert(EVENT).values(at=stamp(now), who=who, what=what, subject=subject, document=document))
+
+
+def hashed(secret: str) -> str:
+    """Returns the SHA-256 of a key or of a session's id, in which it is stored and looked up."""
+    return sha256(secret.encode("utf-8", "surrogateescape")).hexdigest()
+
 
 PREFIX: Final = "tl_"
 LONGEST_DAYS: Final = 400

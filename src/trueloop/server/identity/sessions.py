@@ -9,7 +9,7 @@ from sqlalchemy import Row, bindparam, insert, select, update
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity.accounts import is_right
-from trueloop.server.identity.who import Who, hashed
+from trueloop.server.identity.keys import Who, hashed
 from trueloop.server.settings import Settings
 from trueloop.storage.factory_tables import ACCOUNT, SESSION, stamp
 from trueloop.storage.store import Store

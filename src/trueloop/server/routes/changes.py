@@ -18,7 +18,7 @@ from trueloop.jobs.factory.uploads import ReadingOptions, Upload, toml_read
 from trueloop.server import etags
 from trueloop.server.apart.reading import read_apart
 from trueloop.server.guarded import By, Here, Row, RowPath, Service, factory_by, router
-from trueloop.server.identity.who import Who
+from trueloop.server.identity.keys import Who
 
 routes = router()
 Text = Annotated[str, Field(max_length=2000)]

@@ -14,7 +14,7 @@ from trueloop.errors import Code
 from trueloop.server.guarded import By, Here, Service, router
 from trueloop.server.identity import accounts, sessions
 from trueloop.server.identity.accounts import is_right
-from trueloop.server.identity.who import Role, Who
+from trueloop.server.identity.keys import Role, Who
 from trueloop.wording import wording
 
 routes = router()

@@ -11,7 +11,7 @@ from sqlalchemy import Row
 from trueloop.errors import TrueloopError
 from trueloop.server import problems
 from trueloop.server.guarded import Here, Service, router
-from trueloop.server.identity import provider, sessions
+from trueloop.server.identity import oidc, sessions
 from trueloop.server.identity.accounts import FirstAccount
 from trueloop.server.identity.oidc import LONGEST, SignIns
 from trueloop.server.routes.session import set_cookie
@@ -73,7 +73,7 @@ def end(here: Here, request: Request) -> Response:
 def _account(here: Service, request: Request, now: datetime) -> Row[Any]:
     sign_ins = _sign_ins(request)
     claims = sign_ins.claims(dict(request.query_params), request.cookies.get(_cookie(here), ""), now)
-    return provider.account_of(here.store, sign_ins.oidc, claims, now)
+    return oidc.account_of(here.store, sign_ins.oidc, claims, now)
 
 
 def _sign_ins(request: Request) -> SignIns:

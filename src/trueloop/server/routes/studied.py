@@ -8,8 +8,8 @@ from typing import Annotated, Literal, TypeVar
 
 from fastapi import Query, Request
 
-from trueloop.jobs.diagnose import diagnosed
-from trueloop.jobs.diagnose.diagnosed import DiagnosisOptions
+from trueloop.jobs.diagnose import seen_series
+from trueloop.jobs.diagnose.seen_series import DiagnosisOptions
 from trueloop.jobs.monitor.charts import control_charts
 from trueloop.loops.monitor.chart import BASELINE, ChartOptions
 from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
@@ -55,7 +55,7 @@ def show_charts(
 def diagnose_series(part_type: str, here: Here, request: Request, say: Say) -> SeriesDiagnosisShape:
     """Diagnoses the parts of a type: causes with probabilities, evidence, remedy, and deciding measurement."""
     asked = DiagnosisOptions(part_type)
-    shape = worked_out(request, here, ("series", part_type), lambda: diagnosed.series(here.store, asked))
+    shape = worked_out(request, here, ("series", part_type), lambda: seen_series.series(here.store, asked))
     return said(shape, say)
 
 
@@ -65,5 +65,5 @@ def diagnose_part(
 ) -> PartDiagnosisShape:
     """The diagnosis of one part."""
     asked = ("part", serial, part_type)
-    shape = worked_out(request, here, asked, lambda: diagnosed.part(here.store, serial, DiagnosisOptions(part_type)))
+    shape = worked_out(request, here, asked, lambda: seen_series.part(here.store, serial, DiagnosisOptions(part_type)))
     return said(shape, say)

@@ -14,8 +14,15 @@ from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Finding, Severity, in_file
 from trueloop.geometry.surface import Feet, Surface, closest
 from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, Faces, best_fit, stands_off_mm
-from trueloop.surface.deviations.plausibility import findings_of, refuse_outside, refuse_twice, reported_twice
-from trueloop.surface.deviations.points import MeasuredPoints, averaged, first_of_place
+from trueloop.surface.deviations.points import (
+    MeasuredPoints,
+    averaged,
+    findings_of,
+    first_of_place,
+    refuse_outside,
+    refuse_twice,
+    reported_twice,
+)
 from trueloop.units import UM_PER_MM
 
 PLACES = 60

@@ -18,9 +18,8 @@ from trueloop.errors import Code, Finding, Severity
 from trueloop.statistics import rms
 from trueloop.surface.pattern.field import FaceField
 from trueloop.surface.pattern.support import Support, between, faded
-from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.separate import COVERAGE, MANY, Separation, of_size, separate, student
-from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop.surface.separation.spline_surface import Places, Size, SplineSurface, projector
 from trueloop.units import UM_PER_MM
 
 LEAST_OTHERS = 3

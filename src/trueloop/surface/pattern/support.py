@@ -13,9 +13,8 @@ import numpy as np
 from trueloop.arrays import Array, for_kernel
 from trueloop.surface.on_face import SUPPORT
 from trueloop.surface.pattern.kriging import Kriging, Process, Sides, fitted_process
-from trueloop.surface.separation.places import SMOOTHING, Places, splines
 from trueloop.surface.separation.separate import Separation
-from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis, fit_grid
+from trueloop.surface.separation.spline_surface import SMOOTHING, Places, Size, SplineSurface, basis, fit_grid, splines
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree

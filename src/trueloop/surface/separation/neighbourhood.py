@@ -17,8 +17,7 @@ import numpy as np
 
 from trueloop.arrays import Array, for_kernel
 from trueloop.surface.separation.moran import EXPONENT, Null, Weights, geary_of
-from trueloop.surface.separation.places import Places, projector
-from trueloop.surface.separation.spline_surface import Projector, Size
+from trueloop.surface.separation.spline_surface import Places, Projector, Size, projector
 
 DENSE: Final = 2500
 """Most places for which the matrix of weights is formed, and the moments are exact whatever the size."""

@@ -24,10 +24,12 @@ from trueloop.surface.separation.neighbourhood import (
     permutation_p_value,
     residual_null,
 )
-from trueloop.surface.separation.places import (
+from trueloop.surface.separation.spline_surface import (
     DEGREES,
     FULLEST,
     Places,
+    Size,
+    SplineSurface,
     climbed,
     most_likely,
     projector,
@@ -35,7 +37,6 @@ from trueloop.surface.separation.places import (
     sizes,
     thinner,
 )
-from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 FORM: Final = Size(3, 3, 2)
 """The polynomials that every size contains."""

@@ -8,7 +8,7 @@ from trueloop.arrays import Array
 from trueloop.domain.option import Limits, allowed_by
 from trueloop.errors import Code
 from trueloop.geometry.feature import is_curved, least_radius_mm
-from trueloop.turned.compensation.contour import CentrePiece
+from trueloop.turned.compensation.displaced import CentrePiece
 from trueloop.turned.compensation.shift import Shift
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording

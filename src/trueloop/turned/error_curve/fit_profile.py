@@ -22,8 +22,7 @@ from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.junctions import DisplacedJunction, Tangency, displaced_junctions, tangencies
 from trueloop.turned.error_curve.uncertainty import FittedChains, finish, with_likeness
 from trueloop.turned.fit.chain_fit import TangentPolicy
-from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, nose_on_part
-from trueloop.turned.fit.fit_chains import fit_chains
+from trueloop.turned.fit.fit_chains import ModelChoice, NoseOnPart, fit_chains, nose_on_part
 from trueloop.turned.fit.nose_fit import NoseModel
 from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.fit.prior.part_state import part_state

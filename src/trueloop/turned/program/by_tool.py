@@ -14,8 +14,8 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
-from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
+from trueloop.turned.compensation.displaced import CentrePiece
 from trueloop.turned.compensation.limits import cut_mm
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.program.wear_numbers import WearOffset

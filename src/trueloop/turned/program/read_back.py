@@ -20,7 +20,7 @@ from trueloop.nc.edit.edit import Edit
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
-from trueloop.turned.compensation.contour import CentrePiece, reaches_mm
+from trueloop.turned.compensation.displaced import CentrePiece, reaches_mm
 from trueloop.turned.compensation.moves import Move
 from trueloop.units import UM_PER_MM
 

@@ -27,7 +27,7 @@ from trueloop.turned.readings.sizes import (
     size_of,
     within_of,
 )
-from trueloop.turned.touches.plausibility import CREDIBLE_ERROR_MM, ON_PROFILE_MM
+from trueloop.turned.touches.touches import CREDIBLE_ERROR_MM, ON_PROFILE_MM
 
 Outcome: TypeAlias = MatchedReading | MatchedTouch | Left
 

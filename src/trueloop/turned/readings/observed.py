@@ -36,8 +36,7 @@ from trueloop.turned.fit.chain_fit import ROUNDING_MM
 from trueloop.turned.readings.matches import MatchedReading
 from trueloop.turned.readings.of_this_part import check_places, check_sizes
 from trueloop.turned.touches.error_vectors import Seen
-from trueloop.turned.touches.plausibility import ON_PROFILE_MM
-from trueloop.turned.touches.touches import Gauging
+from trueloop.turned.touches.touches import ON_PROFILE_MM, Gauging
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording
 

@@ -23,7 +23,7 @@ from trueloop.geometry.profile import FACES_Z, Profile
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import Axis, MatchedReading, Matches
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.plausibility import CREDIBLE_ERROR_MM
+from trueloop.turned.touches.touches import CREDIBLE_ERROR_MM
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 from trueloop.wording import Um, wording
 

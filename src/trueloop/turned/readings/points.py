@@ -11,7 +11,7 @@ from trueloop.arrays import Array, Flags
 from trueloop.domain.inspection import CmmPoint, Inspection, Touch, Vector
 from trueloop.geometry.profile import Profile
 from trueloop.turned.readings.matches import Axis, By, Left, MatchedTouch, feature_named
-from trueloop.turned.touches.plausibility import CREDIBLE_ERROR_MM, ON_PROFILE_MM
+from trueloop.turned.touches.touches import CREDIBLE_ERROR_MM, ON_PROFILE_MM
 
 Indices: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 

@@ -13,8 +13,7 @@ from trueloop.geometry.profile import FACES_Z, Profile
 from trueloop.turned.readings.matches import MatchedReading
 from trueloop.turned.readings.observed import CORRECTED, RepeatedReading, corrected, datum_of, repeated, seen_by
 from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
-from trueloop.turned.touches.plausibility import SAME_POINT_MM
-from trueloop.turned.touches.touches import Gauging
+from trueloop.turned.touches.touches import SAME_POINT_MM, Gauging
 from trueloop.wording import Um, all_of, wording
 
 

@@ -25,8 +25,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.realtime.install import component
 from trueloop.errors import Code
-from trueloop_lab.linuxcnc.component import recorder, source
-from trueloop_lab.linuxcnc.session import Progress, answer, configuration, play
+from trueloop_lab.linuxcnc.session import Progress, answer, configuration, play, recorder, source
 
 WIRE: Final = "net x-drive rtec.out-0 => rtec.drive-fb-0\nnet z-drive rtec.out-2 => rtec.drive-fb-2\n"
 """Drives without following error."""

@@ -10,15 +10,14 @@ import pytest
 from scripts.running_lathe import LONGEST_S, RunningLathe, running_lathe
 from tests.support.refusals import refused
 from tests.support.tool_tables import LINUXCNC
-from trueloop.controllers.links.folder import linuxcnc_busy, linuxcnc_reads
-from trueloop.controllers.links.link import Busy
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.controllers.links.folder import Busy, linuxcnc_busy, linuxcnc_reads
+from trueloop.controllers.linuxcnc.realtime.signals.component import linuxcnc_module
 from trueloop.errors import Code
 
 MAIN = ("-c", "from trueloop.cli.main import main; main()", "link")
 OPERATOR = """
 import sys, time
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.controllers.linuxcnc.realtime.signals.component import linuxcnc_module
 nc = linuxcnc_module("linuxcnc")
 command, status = nc.command(), nc.stat()
 def until(reached):
@@ -41,7 +40,7 @@ if "run" in sys.argv:
 """
 
 TOOLS = """
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.controllers.linuxcnc.realtime.signals.component import linuxcnc_module
 status = linuxcnc_module("linuxcnc").stat()
 status.poll()
 print(sorted((one.id, one.xoffset, one.zoffset) for one in status.tool_table if one.id > 0))

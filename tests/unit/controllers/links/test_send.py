@@ -14,9 +14,8 @@ import pytest
 from tests.support.ftp_server import PASSWORD, USER, ftp_server
 from tests.support.refusals import refused
 from trueloop.controllers.links.compare import Change
-from trueloop.controllers.links.folder import Folder, named_in
+from trueloop.controllers.links.folder import Folder, Link, named_in, not_reached
 from trueloop.controllers.links.ftp import Ftp
-from trueloop.controllers.links.link import Link, not_reached
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.links import Opened, send
 

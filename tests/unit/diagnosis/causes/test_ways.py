@@ -8,9 +8,8 @@ import pytest
 
 from trueloop.arrays import Array
 from trueloop.diagnosis.causes.catalogue import CAUSES
-from trueloop.diagnosis.causes.cause import Over, SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.causes.cause import Over, SeenBy, SeenPart, SeenSeries, SurfaceErrors, surface_errors
 from trueloop.diagnosis.causes.judge import asked
-from trueloop.diagnosis.causes.surface import SurfaceErrors, surface_errors
 from trueloop.diagnosis.causes.ways import Way, block_of, ways
 from trueloop.diagnosis.features.feature_error import FeaturePlace, SeenPoints
 

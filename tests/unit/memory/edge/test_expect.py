@@ -8,8 +8,8 @@ import pytest
 from tests.unit.memory.edge.parts import ANGLES, made, series
 from trueloop.errors import Code, TrueloopError
 from trueloop.estimate.catalogue import PRIORS
+from trueloop.memory.edge.learnt import MemoryOptions, known_edge, observed
 from trueloop.memory.edge.predict import expect, innovations, latest, predict
-from trueloop.memory.edge.state import MemoryOptions, known_edge, observed
 from trueloop.memory.made_part import CutErrors, Expected, MadePart
 
 

@@ -12,8 +12,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.estimate.catalogue import SHARED, turned_catalogue
 from trueloop.estimate.places import joined
 from trueloop.estimate.state import State
+from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.memory.edge.predict import expect
-from trueloop.memory.edge.state import MemoryOptions
 from trueloop.memory.made_part import CutErrors, Expected, MadePart
 
 CHANGED_MM = 0.006 * np.cos(2.0 * ANGLES) - 0.012 * np.sin(ANGLES)

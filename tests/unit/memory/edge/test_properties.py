@@ -11,9 +11,8 @@ from studies.replay.replay import Predicted, replay
 from tests.unit.memory.edge.parts import ANGLES, errors, made, series
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.memory.edge.predict import enough_touches, expect, latest, predict
-from trueloop.memory.edge.refuse import is_seen
-from trueloop.memory.edge.state import MemoryOptions
+from trueloop.memory.edge.learnt import MemoryOptions
+from trueloop.memory.edge.predict import enough_touches, expect, is_seen, latest, predict
 from trueloop.memory.made_part import CutErrors, Expected, MadePart
 
 HISTORY = series(5)

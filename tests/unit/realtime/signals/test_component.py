@@ -17,7 +17,7 @@ from tests.support.hal import SPEED, hardware_layer
 from tests.support.realtime_signals import model_of, write_configuration, write_image
 from tests.support.signals import until
 from trueloop.controllers.linuxcnc.realtime.signals import component
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import NAME
+from trueloop.controllers.linuxcnc.realtime.signals.component import NAME
 from trueloop.controllers.linuxcnc.realtime.signals.readings import NEVER_S, Intake
 from trueloop.jobs.realtime.wired import ImageProgram, prepared
 

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 from tests.support.signals import Kept
-from trueloop.controllers.linuxcnc.realtime.signals.past import Clock, Past, Replay
-from trueloop.controllers.linuxcnc.realtime.signals.readings import Board
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Board, Clock, Past, Replay
 from trueloop.formats.measurements.history_csv import read_history
 from trueloop.formats.realtime.samples_csv import SignalLog
 from trueloop.machine.model.history import History, Lag, signals_at_end
-from trueloop.realtime.bank import LagRules, from_history
+from trueloop.realtime.image import LagRules, from_history
 
 LAG = Lag("screw", "T1", 20.0)
 RULES = LagRules(settle=5.0, gap=0.2)

@@ -24,7 +24,7 @@ from trueloop.controllers.linuxcnc.realtime.hal_checks import (
     mm_per_unit,
     units,
 )
-from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import NAME as SIGNALS_COMPONENT
+from trueloop.controllers.linuxcnc.realtime.signals.component import NAME as SIGNALS_COMPONENT
 from trueloop.controllers.linuxcnc.realtime.watch import sampled_pins, sampler_lines
 from trueloop.errors import Code, Place
 from trueloop.realtime.image import Image

@@ -28,7 +28,7 @@ from trueloop.report.turned.figures.part_drawing import (
     scale_bars,
     with_wall_mm,
 )
-from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.compensation.targets import Prediction
 from trueloop.turned.error_curve.curve import coverage_factor
 from trueloop.units import UM_PER_MM
 

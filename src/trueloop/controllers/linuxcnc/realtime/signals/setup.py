@@ -12,8 +12,7 @@ from typing import Final
 
 from trueloop.controllers.linuxcnc.realtime.signals.mqtt import Mqtt, Topic, paho
 from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import MtConnect, is_address
-from trueloop.controllers.linuxcnc.realtime.signals.past import Clock, ReplayedLogs, replayed
-from trueloop.controllers.linuxcnc.realtime.signals.readings import Feed, Intake, wait
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Clock, Feed, Intake, ReplayedLogs, replayed, wait
 from trueloop.controllers.linuxcnc.realtime.signals.serial_lines import LinePart, SerialLines, pyserial
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.realtime.samples_csv import SignalLog
@@ -27,8 +26,7 @@ from trueloop.formats.realtime.signals_toml import (
 )
 from trueloop.formats.toml_tables import Located
 from trueloop.machine.model.history import Lag
-from trueloop.realtime.bank import LagRules, LagState
-from trueloop.realtime.image import Signal
+from trueloop.realtime.image import LagRules, LagState, Signal
 from trueloop.units import SIGNALS
 from trueloop.wording import did_you_mean
 
