@@ -26,9 +26,8 @@ from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.shown.orders import order_rows, today
 from trueloop.factory.shown.parts import part_life, part_rows
-from trueloop.storage.factory_tables import EVENT, stamp
 from trueloop.storage.kinds import joined
-from trueloop.storage.schema import TABLES
+from trueloop.storage.schema import EVENT, TABLES, stamp
 from trueloop.storage.store import Store, open_store
 
 IN_ORDER: Final = 400

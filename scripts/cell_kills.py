@@ -35,7 +35,7 @@ from trueloop.factory.known import OrderNow, PartNow
 from trueloop.factory.load import StoreReader, order_of
 from trueloop.factory.requests import By, Role
 from trueloop.server.identity.keys import NewKey, add_key
-from trueloop.storage.factory_tables import RUN_TOUCHES
+from trueloop.storage.schema import RUN_TOUCHES
 from trueloop.storage.store import Store, find, keep, open_store
 
 PARTS: Final = 4

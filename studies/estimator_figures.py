@@ -17,8 +17,7 @@ from scripts.nist_table import corrected
 from studies.nist_memory import arcs, fitted, made_part, made_parts, replayed
 from studies.replay.page import cut_um, inside, left_um
 from studies.replay.replay import Predicted, Replayed, replay
-from trueloop.estimate.catalogue import turned_catalogue
-from trueloop.estimate.term import Catalogue
+from trueloop.estimate.catalogue import Catalogue, turned_catalogue
 from trueloop.memory.edge.learnt import MemoryOptions
 from trueloop.memory.edge.predict import expect
 from trueloop.memory.made_part import MadePart

@@ -22,8 +22,7 @@ from trueloop.machine.identify.form import fit_form
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Clock, History, lag_signals
 from trueloop.machine.model.model import MachineModel, State
-from trueloop.machine.refine.guilty import Guilty
-from trueloop.machine.refine.left import LeftOnParts
+from trueloop.machine.refine.left import Guilty, LeftOnParts
 from trueloop.machine.refine.refine import Refined, left_by, refine
 from trueloop.statistics import rms
 from trueloop_lab.realtime.demo import angles_csv, lengths_csv, signals_csv

@@ -22,7 +22,7 @@ from tests.support.service import API, PASSWORD, Caller, Running, problem
 from trueloop.factory.shown.programs import proposal_views
 from trueloop.server.access import ACCESS
 from trueloop.server.identity.keys import ROLES, NewKey, add_key
-from trueloop.storage.factory_tables import IDEMPOTENCY
+from trueloop.storage.schema import IDEMPOTENCY
 from trueloop.storage.store import Store
 
 LETS_IN = ("SRV-SIGN-IN", "SRV-ROLE", "SRV-KEY")

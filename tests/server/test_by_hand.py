@@ -29,7 +29,7 @@ from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job, compensate_part
 from trueloop.jobs.turned.new import Wanted, gauge_sheet_of, new_job
 from trueloop.server.settings import Limits, Settings
-from trueloop.storage.factory_tables import UPLOAD
+from trueloop.storage.schema import UPLOAD
 from trueloop.storage.store import find, open_store
 
 EXAMPLES = Path(__file__).parents[2] / "src" / "trueloop" / "examples"

@@ -9,7 +9,7 @@ from sqlalchemy import insert
 from tests.support.service import Running
 from tests.support.stores import AT, cut, link, part, touched
 from trueloop.domain.part import Part
-from trueloop.storage.factory_tables import CERTIFICATE, EVENT, stamp
+from trueloop.storage.schema import CERTIFICATE, EVENT, stamp
 from trueloop.storage.store import find, keep, open_store
 
 

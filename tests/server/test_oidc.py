@@ -17,7 +17,7 @@ from trueloop.errors import Code
 from trueloop.server.identity.accounts import Change, change_account, subject_of
 from trueloop.server.identity.oidc import Oidc, Provider, require_safe_issuer
 from trueloop.server.settings import Settings
-from trueloop.storage.factory_tables import ACCOUNT
+from trueloop.storage.schema import ACCOUNT
 from trueloop.storage.store import Store
 
 OTTO = "248289761001"

@@ -11,7 +11,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.server.app import create_app
 from trueloop.server.identity.accounts import accounts, hashed
 from trueloop.server.settings import Settings
-from trueloop.storage.factory_tables import ACCOUNT, SESSION
+from trueloop.storage.schema import ACCOUNT, SESSION
 from trueloop.storage.store import Store
 
 

@@ -21,7 +21,7 @@ from trueloop.domain.record import Program, ProgramText
 from trueloop.factory import requests as ask
 from trueloop.jobs.store.codec import store_codec
 from trueloop.server.identity.keys import NewKey, add_key
-from trueloop.storage.factory_tables import RUN_TOUCHES, TEMPERATURE
+from trueloop.storage.schema import RUN_TOUCHES, TEMPERATURE
 from trueloop.storage.store import Store, find, keep, open_store
 
 STEPS = 9

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from scipy.linalg import blas, qr, solve_triangular
 
 from trueloop.arrays import Array
+from trueloop.estimate.catalogue import PART, Catalogue, Sizes, Term
 from trueloop.estimate.places import Observed, joined, together
 from trueloop.estimate.state import Key, State
-from trueloop.estimate.term import PART, Catalogue, Sizes, Term
 from trueloop.estimate.weights import Heavy, more_noise, weighted
 
 ROUNDING: Final = 1e-14

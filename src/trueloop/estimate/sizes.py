@@ -17,10 +17,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from trueloop.arrays import Array, Integers
+from trueloop.estimate.catalogue import PART, Catalogue, Sizes
 from trueloop.estimate.history import Group, after_parts, groups_of
 from trueloop.estimate.places import Observed, joined, together
 from trueloop.estimate.state import JITTER_MM2, Key
-from trueloop.estimate.term import PART, Catalogue, Sizes
 from trueloop.estimate.weights import more_noise
 
 Row: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from trueloop.arrays import Array, by_content
+from trueloop.estimate.catalogue import Catalogue, Sizes, Term
 from trueloop.estimate.places import Observed, Places
-from trueloop.estimate.term import Catalogue, Sizes, Term
 from trueloop.estimate.weights import Heavy, Weighted, plain, weighted
 
 Key: TypeAlias = tuple[Any, ...]

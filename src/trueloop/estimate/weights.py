@@ -26,7 +26,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from trueloop.arrays import Array, Integers
-from trueloop.estimate.term import Catalogue
+from trueloop.estimate.catalogue import Catalogue
 
 H = TypeVar("H", bound=Hashable)
 SIZES: Final = (0.3, 2.0, 10.0, 60.0, 400.0)

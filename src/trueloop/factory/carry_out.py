@@ -30,7 +30,8 @@ from trueloop.factory.load import (
 )
 from trueloop.factory.requests import By, Role, require_machine, require_role
 from trueloop.loops.post_process.series import SeriesOptions
-from trueloop.storage.factory_tables import (
+from trueloop.storage.keeping import Keeping
+from trueloop.storage.schema import (
     ALARM,
     ALARM_ACKNOWLEDGED,
     DONE,
@@ -41,12 +42,11 @@ from trueloop.storage.factory_tables import (
     PART_STATE,
     PROGRAM_RELEASE,
     STEP,
+    TABLES,
     TASK,
     TEMPERATURE,
     stamp,
 )
-from trueloop.storage.keeping import Keeping
-from trueloop.storage.schema import TABLES
 from trueloop.storage.store import Store
 
 _LOGS: Final[Mapping[str, Table]] = {table.name: table for table in LOGS}

@@ -17,7 +17,9 @@ from trueloop.domain.tool import Machine
 from trueloop.factory.decisions.plan import Candidate, CorrectionFacts, MachineFacts, NextFacts, candidate
 from trueloop.factory.decisions.runs import KnownRun, RunsFacts, SilenceFacts
 from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
-from trueloop.storage.factory_tables import (
+from trueloop.storage.keeping import Query, found
+from trueloop.storage.kinds import joined, kind_of, searchable
+from trueloop.storage.schema import (
     ALARM,
     ALARM_ACKNOWLEDGED,
     API_KEY,
@@ -27,11 +29,9 @@ from trueloop.storage.factory_tables import (
     PART_STATE,
     RUN_TOUCHES,
     STEP,
+    TABLES,
     TEMPERATURE,
 )
-from trueloop.storage.keeping import Query, found
-from trueloop.storage.kinds import joined, kind_of, searchable
-from trueloop.storage.schema import TABLES
 from trueloop.wording import wording
 
 

@@ -15,7 +15,7 @@ from trueloop.described import filled_from
 from trueloop.errors import TrueloopError
 from trueloop.factory.known import unknown
 from trueloop.storage.engines import AWAY
-from trueloop.storage.factory_tables import TASK, stamp
+from trueloop.storage.schema import TASK, stamp
 from trueloop.storage.store import Store
 from trueloop.wording import wording
 

@@ -26,10 +26,10 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.errors import Code
+from trueloop.estimate.catalogue import Catalogue, Prior, Sizes, Term
 from trueloop.estimate.places import Observed, Places
 from trueloop.estimate.sizes import FAR
 from trueloop.estimate.state import Key
-from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
 from trueloop.milled.feature import PAIRS, MilledFeature
 from trueloop.wording import wording
 

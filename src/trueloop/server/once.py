@@ -12,7 +12,7 @@ from typing import Final
 from sqlalchemy import delete, insert, select, update
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage.factory_tables import BEGUN, DONE, IDEMPOTENCY, stamp
+from trueloop.storage.schema import BEGUN, DONE, IDEMPOTENCY, stamp
 from trueloop.storage.store import Store
 
 KEPT: Final = timedelta(days=7)

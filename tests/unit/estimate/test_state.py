@@ -7,11 +7,10 @@ import pytest
 
 from tests.support.cut_places import CYLINDER, FACE, places, touches
 from trueloop.arrays import Array
-from trueloop.estimate.catalogue import turned_catalogue
+from trueloop.estimate.catalogue import Catalogue, Prior, Term, turned_catalogue
 from trueloop.estimate.history import Taken, after_parts
 from trueloop.estimate.places import Observed, Places, joined, together
 from trueloop.estimate.state import State
-from trueloop.estimate.term import Catalogue, Prior, Term
 
 CATALOGUE = turned_catalogue()
 ANGLES = np.linspace(FACE, CYLINDER, 9)

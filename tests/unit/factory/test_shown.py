@@ -41,7 +41,7 @@ from trueloop.factory.views.orders import CorrectedFrom
 from trueloop.loops.post_process.propose import ProposalContext, proposals_of
 from trueloop.loops.post_process.series import SeriesOptions
 from trueloop.report.texts.texts import Texts
-from trueloop.storage.factory_tables import TEMPERATURE, stamp
+from trueloop.storage.schema import TEMPERATURE, stamp
 from trueloop.storage.store import Store, keep, open_store
 
 

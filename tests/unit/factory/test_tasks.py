@@ -24,7 +24,7 @@ from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.turned.compensate import compensate_job
 from trueloop.server.apart.reading import PROCESSES, answered, not_read
 from trueloop.server.settings import Limits
-from trueloop.storage.factory_tables import TASK, stamp
+from trueloop.storage.schema import TASK, stamp
 from trueloop.storage.store import Store, keep
 
 MODBAS2 = Path(__file__).parents[3] / "src" / "trueloop" / "examples" / "modbas2"

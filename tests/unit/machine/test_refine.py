@@ -12,8 +12,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.term import Term
-from trueloop.machine.refine.guilty import Guilty, UpdatedTerm, update, with_guilty
-from trueloop.machine.refine.left import LeftOnParts, changes
+from trueloop.machine.refine.left import Guilty, LeftOnParts, UpdatedTerm, changes, update, with_guilty
 from trueloop.machine.refine.refine import _whitened, refine, require_better
 
 CASES = [

@@ -13,7 +13,7 @@ from trueloop.domain.factory import Block, BlockKind, FactKind, Route, Run, RunF
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.tool import Machine
 from trueloop.jobs.db.copied import back_up, export, keep_lines, read_export
-from trueloop.storage.factory_tables import ACCOUNT, API_KEY, EVENT, PROGRAM_RELEASE, stamp
+from trueloop.storage.schema import ACCOUNT, API_KEY, EVENT, PROGRAM_RELEASE, stamp
 from trueloop.storage.store import Store, find, keep, open_store
 
 AT = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)

@@ -16,8 +16,8 @@ from trueloop.arrays import Array
 from trueloop.diagnosis.causes.cause import Cause, Over, SeenBy, SeenSeries, SurfaceErrors
 from trueloop.diagnosis.causes.weighing import columns
 from trueloop.diagnosis.features.feature_error import ErrorKind
+from trueloop.estimate.catalogue import Term
 from trueloop.estimate.places import Places
-from trueloop.estimate.term import Term
 
 Basis = Callable[[Places], Array]
 Form = tuple[tuple[tuple[str, ...], Basis], ...]

@@ -15,9 +15,9 @@ from scipy.linalg import cholesky, solve_triangular
 
 from trueloop.arrays import Array, Flags, Integers, by_content
 from trueloop.diagnosis.causes.cause import SeenBy, SurfaceErrors
+from trueloop.estimate.catalogue import Catalogue, Prior, Sizes, Term
 from trueloop.estimate.places import Places
 from trueloop.estimate.state import State
-from trueloop.estimate.term import Catalogue, Prior, Sizes, Term
 from trueloop.estimate.weights import log_student, tried
 
 PROCESS_MM: Final = (

@@ -17,7 +17,7 @@ from trueloop.factory.known import Changes, Event, unknown
 from trueloop.factory.requests import By, require_machine
 from trueloop.loops.post_process.decide import decide
 from trueloop.loops.post_process.series import SeriesOptions
-from trueloop.storage.factory_tables import stamp
+from trueloop.storage.schema import stamp
 from trueloop.wording import wording
 
 

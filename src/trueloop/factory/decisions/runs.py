@@ -28,7 +28,7 @@ from trueloop.factory.requests import (
     StepCorrected,
     require_machine,
 )
-from trueloop.storage.factory_tables import stamp
+from trueloop.storage.schema import stamp
 from trueloop.wording import wording
 
 

@@ -17,10 +17,9 @@ from trueloop.factory.shown.records import known_of, time, transfer_view
 from trueloop.factory.views.orders import MachineNow
 from trueloop.factory.views.parts import CalibrationView, MachineView, TemperatureView
 from trueloop.factory.views.series import ToolRow
-from trueloop.storage.factory_tables import API_KEY, CALIBRATION, MACHINE_HEARD, STEP, TEMPERATURE, TRANSFER, stamp
 from trueloop.storage.keeping import Query, found
 from trueloop.storage.kinds import joined, kind_of, searchable
-from trueloop.storage.schema import TABLES
+from trueloop.storage.schema import API_KEY, CALIBRATION, MACHINE_HEARD, STEP, TABLES, TEMPERATURE, TRANSFER, stamp
 from trueloop.storage.store import Store
 from trueloop.wording import wording
 

@@ -15,9 +15,8 @@ from trueloop.factory.shown.parts import cpk_of_today
 from trueloop.factory.shown.programs import names_of, states_of
 from trueloop.factory.shown.records import LIMIT, alarms, before, known_of, page_of, time
 from trueloop.factory.views.orders import Made, OrderBlock, OrderPart, OrderRow, OrderView, Page, Today, Waiting
-from trueloop.storage.factory_tables import ALARM, ORDER_STATE, PART_STATE, STEP, stamp
 from trueloop.storage.kinds import joined, searchable
-from trueloop.storage.schema import ROWS, TABLES
+from trueloop.storage.schema import ALARM, ORDER_STATE, PART_STATE, ROWS, STEP, TABLES, stamp
 from trueloop.storage.store import Store
 
 FINISHED: Final = tuple(

@@ -32,10 +32,9 @@ from trueloop.factory.views.parts import (
 )
 from trueloop.loops.post_process.tracked import CAPABLE_FROM
 from trueloop.monitoring.capability import capability
-from trueloop.storage.factory_tables import EVENT, ORDER_STATE, PART_STATE, STEP
 from trueloop.storage.keeping import decoded
 from trueloop.storage.kinds import joined, kind_of, searchable
-from trueloop.storage.schema import ROWS, TABLES
+from trueloop.storage.schema import EVENT, ORDER_STATE, PART_STATE, ROWS, STEP, TABLES
 from trueloop.storage.store import Life, Store, life_in
 from trueloop.storage.value_rows import Kept
 from trueloop.units import UM_PER_MM

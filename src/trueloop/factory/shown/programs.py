@@ -27,9 +27,8 @@ from trueloop.report.series.page import proposal_figure
 from trueloop.report.still import svg
 from trueloop.report.style import in_the_dark
 from trueloop.report.texts.texts import Texts
-from trueloop.storage.factory_tables import PROGRAM_RELEASE, STEP
 from trueloop.storage.kinds import joined, searchable
-from trueloop.storage.schema import TABLES
+from trueloop.storage.schema import PROGRAM_RELEASE, STEP, TABLES
 from trueloop.storage.store import Store, life
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording

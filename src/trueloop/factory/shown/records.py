@@ -16,8 +16,7 @@ from trueloop.factory.load import StoreReader
 from trueloop.factory.views.orders import Page, TransferView
 from trueloop.factory.views.parts import CertificateRow, EventView
 from trueloop.factory.views.series import AlarmView
-from trueloop.storage.factory_tables import ALARM, ALARM_ACKNOWLEDGED, CERTIFICATE, EVENT, TRANSFER
-from trueloop.storage.schema import TABLES
+from trueloop.storage.schema import ALARM, ALARM_ACKNOWLEDGED, CERTIFICATE, EVENT, TABLES, TRANSFER
 from trueloop.storage.store import Store
 from trueloop.wording import wording
 

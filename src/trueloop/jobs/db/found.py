@@ -25,9 +25,9 @@ from trueloop.domain.record import Correction, Record
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
-from trueloop.storage.factory_tables import TRANSFER
 from trueloop.storage.keeping import Query, found
 from trueloop.storage.kinds import KINDS, Kind, joined, kind_of
+from trueloop.storage.schema import TRANSFER
 from trueloop.storage.store import Kept, Life, Store, find, keep, life
 from trueloop.storage.store import find as find_values
 

@@ -22,8 +22,7 @@ from trueloop.loops.diagnosis.left_on_parts import MachineDiagnosis, diagnose_ma
 from trueloop.loops.diagnosis.part import Repeats, repeats_of, require_stable
 from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.refine.guilty import Guilty
-from trueloop.machine.refine.left import LeftOnParts
+from trueloop.machine.refine.left import Guilty, LeftOnParts
 from trueloop.machine.refine.refine import refine, require_better
 from trueloop.report.diagnosis.machine_shapes import (
     CorrelationShape,

@@ -28,7 +28,7 @@ from trueloop.jobs.store.opened import Keeping
 from trueloop.jobs.turned.compensate import Corrected, corrected_of
 from trueloop.jobs.turned.job import ReadJob, read_job
 from trueloop.loops.turned.correction import Correction
-from trueloop.storage.factory_tables import RUN_TOUCHES
+from trueloop.storage.schema import RUN_TOUCHES
 from trueloop.storage.store import Store
 
 

@@ -35,7 +35,7 @@ from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.report.measured import FileOnPart, OnPart, ValueRow, rows_of
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.storage.factory_tables import UPLOAD, stamp
+from trueloop.storage.schema import UPLOAD, stamp
 from trueloop.storage.store import Store
 from trueloop.wording import wording
 

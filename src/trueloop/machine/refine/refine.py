@@ -9,8 +9,7 @@ from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Code
 from trueloop.machine.model.chain import ErrorName
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.refine.guilty import Guilty, UpdatedTerm, guilty_ones, update
-from trueloop.machine.refine.left import Change, LeftOnParts, changes
+from trueloop.machine.refine.left import Change, Guilty, LeftOnParts, UpdatedTerm, changes, guilty_ones, update
 from trueloop.statistics import rms
 from trueloop.wording import Um, Wording, wording
 

@@ -14,12 +14,11 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
 from trueloop.domain.option import MemoryUse, Option
-from trueloop.estimate.catalogue import turned_catalogue
+from trueloop.estimate.catalogue import Catalogue, Sizes, turned_catalogue
 from trueloop.estimate.history import History, after_parts
 from trueloop.estimate.places import Observed, Places, joined
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import State
-from trueloop.estimate.term import Catalogue, Sizes
 from trueloop.memory.made_part import CutErrors, MadePart
 
 

@@ -17,7 +17,7 @@ from sqlalchemy import Connection, Row, func, insert, select, update
 from trueloop.domain.option import LengthUnit
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity.keys import ROLES, Role, note
-from trueloop.storage.factory_tables import ACCOUNT, SESSION, stamp
+from trueloop.storage.schema import ACCOUNT, SESSION, stamp
 from trueloop.storage.store import Store
 from trueloop.wording import wording
 

@@ -16,7 +16,7 @@ from sqlalchemy import Connection, Row, insert, select, update
 from trueloop.described import filled_from
 from trueloop.domain.option import LengthUnit
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage.factory_tables import API_KEY, EVENT, stamp
+from trueloop.storage.schema import API_KEY, EVENT, stamp
 from trueloop.storage.store import Store
 from trueloop.wording import wording
 

@@ -29,7 +29,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity.accounts import Change, change_account, subject_of
 from trueloop.server.identity.keys import ROLES, Role, hashed
 from trueloop.server.settings import is_loopback
-from trueloop.storage.factory_tables import ACCOUNT
+from trueloop.storage.schema import ACCOUNT
 from trueloop.storage.store import Store
 
 

@@ -11,7 +11,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.server.identity.accounts import is_right
 from trueloop.server.identity.keys import Who, hashed
 from trueloop.server.settings import Settings
-from trueloop.storage.factory_tables import ACCOUNT, SESSION, stamp
+from trueloop.storage.schema import ACCOUNT, SESSION, stamp
 from trueloop.storage.store import Store
 from trueloop.wording import wording
 

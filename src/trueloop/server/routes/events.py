@@ -25,7 +25,7 @@ from trueloop.server.guarded import By, Here, Service, router
 from trueloop.server.identity import sessions
 from trueloop.server.identity.attempts import too_early
 from trueloop.server.identity.keys import Who
-from trueloop.storage.factory_tables import EVENT, MACHINE_HEARD
+from trueloop.storage.schema import EVENT, MACHINE_HEARD
 from trueloop.storage.store import Store
 
 routes = router()

@@ -23,12 +23,11 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from trueloop.arrays import Array
-from trueloop.estimate.catalogue import PRIORS, turned_catalogue
+from trueloop.estimate.catalogue import PRIORS, Catalogue, turned_catalogue
 from trueloop.estimate.history import after_parts
 from trueloop.estimate.places import Observed, Places, joined
 from trueloop.estimate.sizes import fitted_sizes
 from trueloop.estimate.state import Normal, State, Updated
-from trueloop.estimate.term import Catalogue
 from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um
