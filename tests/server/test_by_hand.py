@@ -622,3 +622,40 @@ def test_typed_values_of_a_milled_part_are_taken_with_their_tolerances(
     assert re.fullmatch(line, entered), made
     answer = problem(otto.post("by-hand/entries", {**body, "measured": {"values": {"bore9 diameter": ["1"]}}}))
     assert answer == "MSR-FEATURE"
+
+
+def test_a_milled_part_with_a_serial_number_is_kept_for_series_and_certificate(service: Running) -> None:
+    """Bores of 12 H7 (0 to +18 µm): 11.980 does not conform, 12.009 ± 4 µm does. What had been entered before the
+    second part is no correction in the store: its certificate states no cut, and not that it was cut as programmed.
+    """
+    otto = service.signed_in("operator")
+    part, tolerances = milled_part_of(otto), {"bore1 diameter": "H7"}
+
+    def entered(value: str, serial: str, record: str = "") -> dict[str, Any]:
+        read = {"values": {"bore1 diameter": [value, value]}, "tolerances": tolerances, "expanded_uncertainty_um": 4.0}
+        measured = {**read, "serial": serial, "entered": record}
+        answer = otto.post("by-hand/entries", {"part": part, "measured": measured})
+        assert answer.status_code == 201, answer.text
+        return dict(answer.json())
+
+    assert not entered("11.980", "")["kept"] and not find(service.store, Inspection)
+    made = entered("11.980", "M1")
+    assert made["kept"] and entered("11.980", "M1")["kept"] and len(find(service.store, Inspection)) == 1
+    first = certify_part(service.store, "M1", "plate")
+    assert first.outcome == "does not conform" and any(one.identity == part["program"] for one in first.in_force)
+    record = next(one["sha256"] for one in made["files"] if one["name"] == "entries.json")
+    assert entered("12.009", "M2", record)["kept"]
+    second = certify_part(service.store, "M2", "plate")
+    assert second.outcome == "conforms" and not second.in_force
+    assert any("no finish cut" in str(one) for one in second.missing)
+    assert [one["characteristic"] for one in otto.get("series", params={"part_type": "plate"}).json()["items"]] == [
+        "bore1 diameter"
+    ]
+
+
+def test_the_temperature_of_a_part_is_kept_with_its_values(service: Running) -> None:
+    otto = service.signed_in("operator")
+    corrected(otto, part_of(otto), measured(temperature_c=24.5))
+    (kept,) = find(service.store, Inspection)
+    assert {one.temperature_c for one in kept.value.readings} == {24.5}
+    assert correction(otto, part_of(otto), measured(temperature_c=500.0)).status_code == 422

@@ -59,6 +59,7 @@ class MilledJob:
 
     name: str
     parts: tuple[Part, ...]
+    inspections: tuple[Inspection, ...]
     changes: Changes
     possible: tuple[Entry, ...]
     cut: CutFeatures
@@ -111,6 +112,7 @@ def read_milled(path: FilePath) -> MilledJob:
         cut = cut_features(path, job)
     frame = Frame(job.frame.x, job.frame.y, job.frame.z, job.frame.turn)
     parts, unused, files, changes = list[Part](), dict[str, None](), [path], Changes()
+    inspections = list[Inspection]()
     files += [] if job.program is None else [path.parent / job.program.file]
     for table in job.measured:
         records = [path.parent / one for one in table.entered or ()]
@@ -133,7 +135,9 @@ def read_milled(path: FilePath) -> MilledJob:
                 )
         file = path.parent / table.file
         files += [file, *records, *([] if table.mapping is None else [path.parent / table.mapping])]
-        for serial, readings in _by_part(_inspections(path, table)):
+        found = list(_inspections(path, table))
+        inspections += found
+        for serial, readings in _by_part(iter(found)):
             before = (
                 parts[-1] if parts and serial and (parts[-1].serial, parts[-1].in_force) == (serial, in_force) else None
             )
@@ -151,6 +155,7 @@ def read_milled(path: FilePath) -> MilledJob:
     return MilledJob(
         name=job.name,
         parts=tuple(parts),
+        inspections=tuple(inspections),
         changes=changes,
         possible=_possible(job, cut),
         cut=cut,
@@ -254,7 +259,8 @@ def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
     if not found:
         hint = "fill in at least one value: a row without one was not measured"
         raise Code.MSR_NONE.refusal(f"{file.name!r} holds 0 values", hint=hint, place=Place(str(file)))
-    chosen = [inspection for inspection in found if table.serial in (None, inspection.part.serial)]
+    alone = len(found) == 1 and not found[0].part.serial  # the job alone states its serial number
+    chosen = [inspection for inspection in found if alone or table.serial in (None, inspection.part.serial)]
     if not chosen:
         serials = [inspection.part.serial for inspection in found]
         raise Code.MSR_SERIAL.refusal(
@@ -265,7 +271,10 @@ def _inspections(path: Path, table: MeasuredTable) -> Iterator[Inspection]:
         )
     for inspection in chosen:
         stated = {} if table.device is not None else inspection.devices
-        yield replace(inspection, device=table.device or inspection.device or measured.format, devices=stated)
+        part = replace(inspection.part, serial=inspection.part.serial or table.serial or "")
+        yield replace(
+            inspection, part=part, device=table.device or inspection.device or measured.format, devices=stated
+        )
 
 
 def _by_part(inspections: Iterator[Inspection]) -> Iterator[tuple[str, list[_Read]]]:

@@ -216,7 +216,9 @@ class Expectation:
 
 @dataclass(frozen=True)
 class MilledEntries:
-    """The numbers to enter at the control before the next part, in words; `anything`: there are some."""
+    """The numbers to enter at the control before the next part, in words; `anything`: there are some. `kept`: whether
+    the part is in the store with what was measured of it.
+    """
 
     entries: tuple[str, ...]
     rms: str
@@ -224,3 +226,4 @@ class MilledEntries:
     notes: tuple[str, ...]
     anything: bool
     files: tuple[FileMade, ...] = ()
+    kept: bool = False

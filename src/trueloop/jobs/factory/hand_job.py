@@ -104,7 +104,7 @@ class AskedReadings:
     `by`: what carries the correction. `cut_with`: "given", the id of a correction, or "" where nothing is stated;
     `made_before`: the ids of the corrections among which that was chosen. `tolerances`, by the name under which the
     part as shown has them, are as the drawing writes them, in the program's unit. `expanded_uncertainty_um` (k = 2)
-    holds for the values that state none.
+    holds for the values that state none, `temperature_c` is that of the part while the values were read.
     """
 
     values: Annotated[Mapping[Words, tuple[Typed, ...]], Field(max_length=1000)] = field(default_factory=dict)
@@ -115,6 +115,7 @@ class AskedReadings:
     instrument: Words = ""
     expanded_uncertainty_um: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)] | None = None
     measured_at: Annotated[datetime, AfterValidator(_zoned)] | None = None
+    temperature_c: Annotated[float, Field(ge=-50, le=200, allow_inf_nan=False)] | None = None
     measured_allowance_mm: Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)] | None = None
     by: By = "auto"
     cut_with: Annotated[str, Field(pattern=r"^(given|[0-9a-f]{16})?$")] = ""
@@ -267,6 +268,7 @@ def _above(measured: AskedReadings, operator: str) -> dict[str, str]:
         "expanded_uncertainty_um": "" if u_um is None else repr(u_um),
         "operator": operator,
         "measured_at": "" if at is None else at.isoformat(),
+        "temperature_c": "" if measured.temperature_c is None else repr(measured.temperature_c),
     }
 
 

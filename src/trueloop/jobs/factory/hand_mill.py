@@ -6,11 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from trueloop.described import filled_from
 from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.views.by_hand import Expectation, MilledEntries, MilledFeatureShown, MilledPart, MilledSize
 from trueloop.formats.toml_tables import toml_keys, toml_value
@@ -20,6 +24,8 @@ from trueloop.jobs.factory.job_folder import unnamed_folder, without_folder
 from trueloop.jobs.factory.uploads import HandedFile, remarked, safe_name, upload_of
 from trueloop.jobs.milled import RECORD, entries_for_next_part, entry_lines, proposal_notes, read_milled, record_of
 from trueloop.jobs.milled_new import ProposedJob, new_milled_job
+from trueloop.jobs.store.keep_facts import keep_facts, texts_of
+from trueloop.jobs.store.of_this_part import require_file_of_part
 from trueloop.milled.entries import ExpectedSize
 from trueloop.milled.feature import PAIRS, ROUND, MilledFeature
 from trueloop.report.texts.texts import Texts
@@ -32,10 +38,11 @@ from trueloop.wording import wording
 
 @dataclass(frozen=True)
 class MilledAnswer:
-    """The answer, and the texts of the files that were made, by name."""
+    """The answer, the texts of the files that were made, by name, and the inspections of parts with serial numbers."""
 
     shown: MilledEntries
     files: Mapping[str, str]
+    inspections: tuple[Inspection, ...] = ()
 
 
 @contextmanager
@@ -109,7 +116,31 @@ def milled_entries(handed: HandedFile) -> MilledAnswer:
         for name in (JOB, SHEET)
         if made.file.with_name(name).exists()
     }
-    return MilledAnswer(shown, {RECORD: record_of(read, found).decode(), **texts})
+    named = [one for one in read.inspections if one.part.serial]
+    return MilledAnswer(
+        shown,
+        {RECORD: record_of(read, found).decode(), **texts},
+        tuple(replace(one, part=Part(PartType(job.name), one.part.serial)) for one in named),
+    )
+
+
+def keep_milled(
+    store: Store, part: AskedMilled, measured: MilledReadings, inspections: Sequence[Inspection], by: str
+) -> bool:
+    """Keeps measured parts, with their cut where no number had been entered before it; returns whether there are any.
+
+    Raises STO-OTHER-PART, and what keeping refuses.
+    """
+    facts: list[Any] = [*texts_of([upload_of(store, part.program, by).content])]
+    for inspection in inspections:
+        require_file_of_part(store, inspection)
+        facts += [inspection.part, inspection]
+        if not measured.entered:
+            cut = Cut(inspection.part, Stage.FINISH, program_sha256=part.program)
+            facts += [cut, InspectionLink(inspection.identity, cut.identity)]
+    if inspections:
+        keep_facts(store, facts)
+    return bool(inspections)
 
 
 def _of(handed: HandedFile) -> MillJob:

@@ -17,7 +17,7 @@ from trueloop.jobs.factory.by_hand import (
     tried_by_hand,
 )
 from trueloop.jobs.factory.hand_job import AskedMilled, AskedPart, AskedReadings, MilledReadings
-from trueloop.jobs.factory.hand_mill import mill_files, milled_entries, milled_part
+from trueloop.jobs.factory.hand_mill import keep_milled, mill_files, milled_entries, milled_part
 from trueloop.jobs.factory.uploads import add_upload, upload_of
 from trueloop.server.apart.reading import answered, in_turn
 from trueloop.server.etags import Say
@@ -80,14 +80,15 @@ async def show_milled(body: AskedMilled, here: Here, who: By, say: Say) -> Mille
 
 @routes.post("/by-hand/entries", status_code=201)
 async def enter(body: MeasuredMilled, here: Here, who: By, say: Say) -> MilledEntries:
-    """The numbers to enter at the control by what was measured of a milled part; its files are kept for a day."""
+    """The numbers to enter by what was measured of a milled part; one with a serial number is kept in the store."""
 
     def read() -> MilledEntries:
         with mill_files(here.store, body.part, body.measured, who.name, say) as handed:
             found = answered(here.settings.limits, handed, milled_entries)
         texts = found.files.items()
         kept = [add_upload(here.store, name, text.encode(), who.name, here.clock()) for name, text in texts]
-        return replace(found.shown, files=tuple(FileMade(upload.name, upload.sha256) for upload in kept))
+        known = keep_milled(here.store, body.part, body.measured, found.inspections, who.name)
+        return replace(found.shown, files=tuple(FileMade(upload.name, upload.sha256) for upload in kept), kept=known)
 
     return await in_turn(here, read)
 

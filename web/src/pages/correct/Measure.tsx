@@ -4,7 +4,7 @@ import { useState } from "react";
 import { useChange } from "../../api/asking";
 import type { Shape } from "../../api/client";
 import { moment, number } from "../../show/format";
-import { EMPTY_LENGTH, keptOf, shownIn, type TypedLength } from "../../show/length";
+import { EMPTY_LENGTH, keptOf, shownIn, typed, type TypedLength } from "../../show/length";
 import { useReader } from "../../show/lengths";
 import { Act, LengthInput, Notes, Refused, Rows, Section, useWhyNot } from "../../show/parts";
 import { useName, useText } from "../../text/text";
@@ -15,7 +15,7 @@ type Readings = Shape<"AskedReadings">;
 type Size = Shape<"SizeToMeasure">;
 const UNITS = ["mm", "inch"] as const;
 const WAYS = ["auto", "offset", "contour"] as const;
-const EMPTY = { serial: "", instrument: "", fileUnit: "", cut: "", by: "auto" };
+const EMPTY = { serial: "", instrument: "", temperature: "", fileUnit: "", cut: "", by: "auto" };
 interface OfMeasure extends Seen {
   /** What was corrected is not what stands here any more. */
   changed: () => void;
@@ -61,6 +61,8 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
   const allowance = keptOf("mm", lengths.allowance);
   const noU = u !== null && !(u > 0);
   const noAllowance = Number.isNaN(allowance);
+  const temperature = typed(stated.temperature);
+  const noTemperature = temperature !== null && !(temperature >= -50 && temperature <= 200);
   const before = part.made_before ?? [];
   const cuts = [
     { value: "given", label: text("correct.cut.given") },
@@ -79,6 +81,7 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
     instrument: stated.instrument.trim(),
     expanded_uncertainty_um: u,
     measured_allowance_mm: allowance,
+    temperature_c: file ? null : temperature,
     by: WAYS.find((one) => one === stated.by) ?? "auto",
     cut_with,
     cut_by: (["wear", "offsets", "corrected"] as const).find((one) => one === cut_by) ?? null,
@@ -89,7 +92,7 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
     whyNot ||
     (!file && Object.keys(given).length === 0 && text("correct.values.first")) ||
     (!file && !measured.serial && text("correct.serial.first")) ||
-    ((noU || noAllowance) && text("correct.wrong.first")) ||
+    ((noU || noAllowance || (!file && noTemperature)) && text("correct.wrong.first")) ||
     (before.length > 0 && !cut_with && !allowance && text("correct.cut.first")) ||
     "";
   const go = () =>
@@ -138,6 +141,14 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
             )}
             <TextInput label={text("correct.serial")} description={text("correct.serial.why")} required={!file} {...field("serial")} />
             <TextInput label={text("correct.instrument")} {...field("instrument")} />
+            {!file && (
+              <TextInput
+                label={text("correct.temperature")}
+                inputMode="decimal"
+                error={noTemperature && text("correct.no.temperature")}
+                {...field("temperature")}
+              />
+            )}
             <LengthInput label={text("correct.u")} of="um" error={noU && text("correct.no.u")} {...length("u")} />
             <LengthInput label={text("correct.allowance")} of="mm" error={noAllowance && text("correct.no.number")} {...length("allowance")} />
             {before.length > 0 && (

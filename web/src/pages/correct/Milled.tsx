@@ -272,6 +272,7 @@ function Answer({ made }: { made: Entries }) {
           {made.anything && <p>{text("milled.do")}</p>}
         </div>
         <p>{made.rms}</p>
+        <p className={made.kept ? "soft" : "why"}>{text(made.kept ? "milled.kept" : "milled.kept.not")}</p>
         <Notes of={made.notes} />
         <div className="acts">
           {(made.files ?? []).map((one) => (
