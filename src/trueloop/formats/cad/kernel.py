@@ -1,5 +1,6 @@
 """The parts of the CAD kernel Open CASCADE in use, under short names. It is loaded on first use: that is slow."""
 
+from collections.abc import Iterator
 from functools import cache, reduce
 from importlib import import_module
 from types import SimpleNamespace
@@ -96,6 +97,17 @@ def kernel() -> Any:
         ) from None
     found.be_silent()
     return found
+
+
+def edge_curves(face: Any) -> Iterator[Any]:
+    """Yields the curve of every edge of a face; what is only a point in space bounds nothing."""
+    occ = kernel()
+    explorer = occ.Explorer(face, occ.EDGE)
+    while explorer.More():
+        edge = occ.as_edge(explorer.Current())
+        if not occ.degenerated(edge):
+            yield occ.Curve(edge)
+        explorer.Next()
 
 
 def _loaded() -> SimpleNamespace:

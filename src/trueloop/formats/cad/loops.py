@@ -14,7 +14,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.kernel import edge_curves, kernel
 from trueloop.geometry.surface import Surface, closest_parameters
 from trueloop.surface.deviations.points import BEYOND_MM
 
@@ -223,17 +223,11 @@ def distance_mm(edges_mm: Sequence[Array], points_mm: Array) -> Array:
 
 
 def edges_mm(face: Any) -> list[Array]:
-    """Places along every edge of the face, (EDGE_SAMPLES, 3) each; what is only a point in space bounds nothing."""
-    occ = kernel()
-    explorer = occ.Explorer(face, occ.EDGE)
+    """Returns places along every edge of the face, (EDGE_SAMPLES, 3) each."""
     found = []
-    while explorer.More():
-        edge = occ.as_edge(explorer.Current())
-        if not occ.degenerated(edge):
-            curve = occ.Curve(edge)
-            at = np.linspace(curve.FirstParameter(), curve.LastParameter(), EDGE_SAMPLES)
-            found.append(np.array([[p.X(), p.Y(), p.Z()] for p in map(curve.Value, at.tolist())]))
-        explorer.Next()
+    for curve in edge_curves(face):
+        at = np.linspace(curve.FirstParameter(), curve.LastParameter(), EDGE_SAMPLES)
+        found.append(np.array([[p.X(), p.Y(), p.Z()] for p in map(curve.Value, at.tolist())]))
     return found
 
 

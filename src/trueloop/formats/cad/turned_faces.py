@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.kernel import edge_curves, kernel
 from trueloop.formats.cad.step import CadFace
 from trueloop.geometry.curve import curve_along
 from trueloop.geometry.feature import Arc, Feature, Line, Point
@@ -252,7 +252,7 @@ def run_on(curves: Sequence[Meridian], features: Sequence[Feature]) -> list[int]
 
 def rings(face: CadFace, axis: Axis) -> Iterator[Point]:
     """Yields (x, z) of the edges that are circles about the axis, whole or in part."""
-    for curve in _edges(face):
+    for curve in edge_curves(face.handle):
         if curve.GetType() == kernel().CIRCLE:
             circle = curve.Circle()
             if axis.is_of(circle.Location(), circle.Axis().Direction()):
@@ -261,7 +261,7 @@ def rings(face: CadFace, axis: Axis) -> Iterator[Point]:
 
 def edge_places(face: CadFace, axis: Axis) -> Iterator[Point]:
     """Yields (x, z) of places along the edges of a face."""
-    for curve in _edges(face):
+    for curve in edge_curves(face.handle):
         yield from _places(curve, axis)
 
 
@@ -273,7 +273,7 @@ def _places(curve: Any, axis: Axis) -> list[Point]:
 def _of_plane(face: CadFace, axis: Axis) -> Iterator[Meridian]:
     """From the axis outwards, cut where one of its loops is nearest to the axis or farthest from it."""
     radii, z = {0.0}, 0.0
-    for curve in _edges(face):
+    for curve in edge_curves(face.handle):
         places = _places(curve, axis)
         z = places[0][1]
         radii |= {min(x for x, _ in places), max(x for x, _ in places)}
@@ -321,13 +321,3 @@ def _apart(values: set[float]) -> list[float]:
         if not kept or value - kept[-1] > WITHIN_MM:
             kept.append(value)
     return kept
-
-
-def _edges(face: CadFace) -> Iterator[Any]:
-    occ = kernel()
-    explorer = occ.Explorer(face.handle, occ.EDGE)
-    while explorer.More():
-        edge = occ.as_edge(explorer.Current())
-        if not occ.degenerated(edge):
-            yield occ.Curve(edge)
-        explorer.Next()
