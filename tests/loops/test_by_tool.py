@@ -42,6 +42,22 @@ def test_it_is_the_first_line_of_the_summary_and_stands_in_record_json_and_page(
     assert "X \u22120.024 mm (diameter)" in page
 
 
+def test_terminal_page_and_record_name_what_to_run_and_the_offset_as_instead_of_it(tmp_path: Path) -> None:
+    """Whoever runs the corrected program and enters the offset corrects twice."""
+    path = job(tmp_path, PLAIN)
+    path.write_text(f'{path.read_text()}\n[compensation]\nby = "contour"\n')
+    printed = run("compensate", path, "-o", tmp_path / "out")
+    assert "(instead of corrected.nc, not with it;" in " ".join(printed.split()) and "Run corrected.nc." in printed
+    page = (tmp_path / "out" / "report.html").read_text()
+    section = page[page.index("id='to-run'") : page.index("id='by-tool'")]
+    assert "Run <code>corrected.nc</code>, the tool offset as it is." in section
+    assert "instead of it, not with it" in section
+    told = json.loads((tmp_path / "out" / "report.json").read_text())
+    record = json.loads((tmp_path / "out" / "record.json").read_text())
+    assert told["program_to_run"] == "corrected.nc"
+    assert f"Instead of the corrected contour, not with it: {ANSWER}." in record["decision"]
+
+
 def test_every_feature_that_the_tool_cuts_is_moved_along_its_normal(tmp_path: Path) -> None:
     """By hand: the offset is −12 µm on the radius and +4 µm along z. A cylinder faces x, a face z, the cone both."""
     moved = {one.feature: one for one in by_tool_of(job(tmp_path, PLAIN)).features}
