@@ -274,6 +274,14 @@ def test_backlash_by_the_way_by_which_an_axis_comes(tmp_path: Path) -> None:
     assert [float(x) for x in re.findall(r"X([\d.]+)", written)] == pytest.approx([9.995, 4.003, 4.995], abs=2e-6)
 
 
+def test_an_angle_said_again_in_a_cut_turns_nothing(tmp_path: Path) -> None:
+    """A 3+2 program whose cuts repeat where the tables stand keeps its arcs: X, Y, Z are corrected alone."""
+    model, _ = known_machine(STRUCTURES["table-table AC"], 1.0)
+    text = "G21 G90 G54\nG0 A-10. C0.\nG0 X0. Y0. Z5.\nG1 X9. A-10.0 C0. F99.\nG3 X19. I5. J0.\n"
+    written, _ = _compensated(tmp_path, model, text)
+    assert re.findall(r"A[-\d.]+", written) == ["A-10.", "A-10.0"] and "G3 " in written
+
+
 IN = "G21 G90 G54\nG0 A-10. C0.\n"
 ON = f"{IN}G43.4 H1 X0. Y0. Z5.\n"
 

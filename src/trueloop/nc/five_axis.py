@@ -97,7 +97,7 @@ def may_turn_in_cut(program: Program, heads: Collection[str] = ()) -> bool:
     """Returns whether the text switches tool point control, names another angle of a rotary axis at feed, or one away
     from 0 of an axis that carries the tool (`heads`).
     """
-    switch, stated, rapid = _switch_of(program), dict[str, str](), True
+    switch, stated, rapid = _switch_of(program), dict[str, float | str](), True
     for block in program.blocks:
         rapid = _is_rapid(program, block, rapid)
         if any(switch.named(word) for word in block.words):
@@ -106,9 +106,10 @@ def may_turn_in_cut(program: Program, heads: Collection[str] = ()) -> bool:
             if word.letter in set(ROTARY) and word.kind in ("number", "expression"):
                 if word.letter in heads and word.value != 0.0:
                     return True
-                if not rapid and stated.get(word.letter) != word.text:
+                angle = word.value if word.kind == "number" else word.text
+                if not rapid and stated.get(word.letter) != angle:
                     return True
-                stated[word.letter] = word.text
+                stated[word.letter] = angle
     return False
 
 
