@@ -9,7 +9,7 @@ from tests.support.machines import chain_with_travel
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.correct import axis_table
 from trueloop.machine.model.chain import error_name
-from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.model import Machine, MachineModel, curves
 from trueloop.machine.model.term import CONSTANT, Part, Term, chain_of
 from trueloop.machine.model.validity import check_travel
 
@@ -28,6 +28,18 @@ def test_backlash_of_another_axis_is_no_part_of_the_table_but_told() -> None:
     table = axis_table(PUSHED_BY_Z, "X", "X", 5, {})
     np.testing.assert_array_equal([table.forward_mm, table.reverse_mm], np.zeros((2, 5)))
     assert table.deviation_mm == table.elsewhere_mm == 0.005
+
+
+def test_a_term_with_backlash_has_one_value_each_way_in_micrometres_and_a_rotation_in_microradians() -> None:
+    """5 µm and −5 µm over all of Z, known to 1 µm; 2 µrad of rotation, known to 0.5 µrad, either way."""
+    terms = (*PUSHED_BY_Z.terms, Term(error_name("EBZ"), (Part(CONSTANT),)))
+    covariance = np.diag([1e-6, 1e-6, 0.25e-12])
+    pushed, turned = curves(MachineModel(PUSHED_BY_Z.machine, terms, np.array([0.005, -0.005, 2e-6]), covariance), {})
+    assert (pushed.error, pushed.unit, turned.error, turned.unit) == ("EXZ", "µm", "EBZ", "µrad")
+    for curve, forward, reverse, u in ((pushed, 5.0, -5.0, 1.0), (turned, 2.0, 2.0, 0.5)):
+        for found, wanted in ((curve.forward, forward), (curve.reverse, reverse), (curve.u, u)):
+            np.testing.assert_allclose(found, wanted, rtol=1e-12)
+    assert (pushed.position[0], pushed.position[-1]) == CHAIN.axis("Z").travel
 
 
 def test_backlash_of_the_axis_itself_is() -> None:
