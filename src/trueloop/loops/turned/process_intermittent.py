@@ -44,8 +44,7 @@ from trueloop.loops.turned.provenance import cumulative_words, id_of, record_of
 from trueloop.loops.turned.written import Writing
 from trueloop.memory.edge.predict import latest, remembered
 from trueloop.memory.made_part import MadePart
-from trueloop.turned.compensation.decide import Decision, decide
-from trueloop.turned.compensation.displaced import decide_unmoved
+from trueloop.turned.compensation.decide import Decision, decide, decide_unmoved
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.targets import Fitting, Prediction, correction_table
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile

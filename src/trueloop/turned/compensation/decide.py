@@ -3,6 +3,11 @@
 A constant offset (dX, dZ) explains the errors e = dX n_x + dZ n_z. Where what it leaves scatters no more than the
 process repeats (one-sided F test on the variance ratio), or less than the control can resolve, the program's
 coordinates stay as they are and the tool offset takes the correction.
+
+Readings that no tool offset changes are decided on apart. An offset d displaces the surface by n·d and so changes a
+reading by g·d, g = Σ weight · n over its places. Of an angle, of the radius of an arc and of a length between two faces
+of one tool's cut g is 0: what they deviate by stays under any offset. Where that is more than they scatter (one-sided F
+test, each by its 1/σ²), the contour is changed, as far as the error curves explain them.
 """
 
 import math
@@ -15,7 +20,10 @@ from scipy.special import chdtrc, fdtrc, stdtrit
 
 from trueloop.arrays import Array, by_content
 from trueloop.statistics import NORMAL_95
-from trueloop.wording import Um, wording
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.touches.error_vectors import ErrorVectors, Seen
+from trueloop.turned.touches.touches import SAME_POINT_MM
+from trueloop.wording import Signed, Um, all_of, listed, wording
 
 SIGNIFICANCE: Final = 0.05
 FACES_AXIS: Final = 0.05
@@ -344,3 +352,98 @@ def _offset_words(axis: int, offset_mm: float, expanded_u_mm: float | None) -> o
 def upper_tail(ratio: float, over: float, under: float) -> float:
     """Returns P(F > ratio); the chi-square limit when the variance in the denominator is known."""
     return float(chdtrc(over, ratio * over)) if np.isinf(under) else float(fdtrc(over, under, ratio))
+
+
+NO_GAIN: Final = 1e-6
+"""The share of a reading's weights below which an offset does not change the reading."""
+EXPANDED: Final = 2.0
+"""A deviation of so many standard uncertainties is none by chance."""
+REACHED: Final = 0.25
+"""The contour is changed for a reading of which the error curves explain this share at least."""
+
+
+def decide_unmoved(model: ProfileErrorModel, least_mm: float, resolution_mm: float, by: str) -> UnmovedDecision | None:
+    """Returns the decision; None without such readings. `least_mm` is how a place repeats, one standard deviation;
+    what deviates by no more than `resolution_mm`/2 at its places no contour could be written nearer to.
+    """
+    rows = unmoved(model)
+    if not rows:
+        return None
+    off = np.array([observation.value_mm for observation in rows])
+    sigma = np.array([math.hypot(observation.standard_u_mm, least_mm * _norm(observation)) for observation in rows])
+    told = np.array([_told_mm(model, observation) for observation in rows])
+    p_value = upper_tail(float(np.mean((off / sigma) ** 2)), len(rows), model.degrees_of_freedom or math.inf)
+    resolved = np.array([0.5 * resolution_mm * _norm(observation) for observation in rows])
+    beyond = np.abs(off) > np.maximum(EXPANDED * sigma, resolved)
+    if p_value > SIGNIFICANCE or not beyond.any():
+        words = wording(
+            "{names}: no offset changes that, and it deviates by no more than it scatters (p = {p:.2g})",
+            names=all_of([observation.name for observation in rows]),
+            p=p_value,
+        )
+        return UnmovedDecision(True, (), p_value, words)
+    reached = beyond & (told * off > REACHED * off**2)
+    features = sorted({index for k in np.flatnonzero(reached) for index in rows[k].feature_index.tolist()})
+    said = [_words(rows[k], told[k], bool(reached[k]), by) for k in np.flatnonzero(beyond)]
+    return UnmovedDecision(not features, tuple(features), p_value, listed(said))
+
+
+def unmoved(model: ProfileErrorModel) -> list[Seen]:
+    """Returns the readings that no offset changes, but lengths whose faces are points of the fit already."""
+    return [
+        observation
+        for observation in model.vectors.seen
+        if observation.standard_u_mm > 0.0
+        and _no_gain(model, observation)
+        and not _is_shown(observation, model.vectors)
+    ]
+
+
+def _no_gain(model: ProfileErrorModel, reading: Seen) -> bool:
+    pairs = zip(reading.feature_index.tolist(), reading.arc_length_mm.tolist(), strict=True)
+    gain = reading.weight @ np.array([model.profile.features[index].outward_normal(s) for index, s in pairs])
+    return bool(np.all(np.abs(gain) <= NO_GAIN * np.sum(np.abs(reading.weight))))
+
+
+def _is_shown(reading: Seen, vectors: ErrorVectors) -> bool:
+    """Returns whether every place of a reading is a point of the fit: the test of the axes weighs it there."""
+
+    def shown(index: int, s: float) -> bool:
+        same: NDArray[np.bool_] = vectors.feature_index == index
+        return bool(np.any(same & (np.abs(vectors.arc_length_mm - s) < SAME_POINT_MM)))
+
+    return all(shown(i, s) for i, s in zip(reading.feature_index.tolist(), reading.arc_length_mm.tolist(), strict=True))
+
+
+def _norm(reading: Seen) -> float:
+    return float(np.linalg.norm(reading.weight))
+
+
+def _told_mm(model: ProfileErrorModel, reading: Seen) -> float:
+    """Returns what the error curves explain of a reading's deviation."""
+    pairs = zip(reading.feature_index.tolist(), reading.arc_length_mm.tolist(), strict=True)
+    errors = np.array([float(model.curves[index].value_mm(s)[0]) for index, s in pairs])
+    return float(reading.weight @ errors)
+
+
+def _words(reading: Seen, told: float, reached: bool, by: str) -> str:
+    if not reached:
+        then = wording("neither does the contour: the measurements do not tell where its surfaces stand")
+    elif by == "offset":
+        then = wording("the job corrects by the offset all the same")
+    else:
+        then = wording("the contour takes out {told}", told=_size(reading, told))
+    return wording(
+        "{name} deviates by {off} ± {u}, which no offset changes: {then}",
+        name=reading.name,
+        off=_size(reading, reading.value_mm),
+        u=_size(reading, EXPANDED * reading.standard_u_mm, ".1f"),
+        then=then,
+    )
+
+
+def _size(reading: Seen, value: float, spec: str = "+.1f") -> object:
+    if reading.unit == "mm":
+        return Um(value, spec)
+    degrees = math.degrees(value)
+    return wording("{degrees}°", degrees=Signed(degrees, 3) if "+" in spec else f"{degrees:.3f}")
