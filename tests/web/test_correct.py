@@ -20,12 +20,15 @@ from trueloop.jobs.factory.hand_job import AskedPart
 __all__ = ["own", "shop"]
 PICTURES = os.environ.get("TRUELOOP_SCREENSHOTS")
 """A folder for pictures of every step, to be looked at."""
+CUT_OFF = """() => [...document.querySelectorAll('.mantine-Button-label')]
+    .filter(one => one.scrollWidth > one.clientWidth).map(one => one.textContent)"""
 PLATE_FILES = ("finish.nc", "part-1.dmo")
 
 
 def usable(window: Window, name: str) -> None:
-    """Nothing scrolls sideways, fingers hit all, and it can be read aloud."""
+    """Nothing scrolls sideways or is cut off, fingers hit all, and it can be read aloud."""
     assert window.page.evaluate(WIDER) <= 0, name
+    assert window.page.evaluate(CUT_OFF) == [], name
     assert window.page.evaluate(SMALL) == [], name
     assert findings(window) == [], name
     if PICTURES:
@@ -119,6 +122,13 @@ def test_what_is_wrong_is_shown_with_its_code_and_a_question_is_answered(own: Br
         page.get_by_role("button", name="Correct", exact=True).click()
         expect(page.get_by_role("alert").locator("code")).to_have_text("MSR-NOMINAL")
         usable(window, "refused")
+        page.get_by_role("button", name="Menu").click()
+        page.get_by_role("button", name="Deutsch").click()
+        page.get_by_role("button", name="Menü").click()
+        page.get_by_role("button", name="Korrigieren", exact=True).click()
+        alert = page.get_by_role("alert")
+        expect(alert).to_contain_text("'cylinder-3 a' ist 1,1817 mm, Nennmaß 30: Kein Fehler eines Schnitts")
+        usable(window, "refused-german")
     with own.window("viewer") as window:
         window.go("/correct")
         expect(window.page.locator("main")).to_contain_text("needs the role operator; you are viewer")

@@ -115,7 +115,6 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
     <>
       <Section title={text("correct.part")}>
         <p>{text("correct.tools", { tools: (part.tools ?? []).join(", "), dialect: word("dialect", part.dialect) })}</p>
-        <Notes of={part.notes ?? []} />
         {part.picture && <Drawn of={part.picture} />}
         {file ? (
           <>
@@ -134,6 +133,7 @@ export function Measure({ asked, part, file, changed, done, next }: OfMeasure) {
             />
           </>
         )}
+        <Notes of={part.notes ?? []} />
         <div className="fields">
           <div className="two">
             {file && (
