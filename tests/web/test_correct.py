@@ -128,6 +128,7 @@ def test_what_is_wrong_is_shown_with_its_code_and_a_question_is_answered(own: Br
         page.get_by_role("button", name="Korrigieren", exact=True).click()
         alert = page.get_by_role("alert")
         expect(alert).to_contain_text("'cylinder-3 a' ist 1,1817 mm, Nennmaß 30: Kein Fehler eines Schnitts")
+        expect(page.locator("main")).to_contain_text("Länge 80,000")
         usable(window, "refused-german")
     with own.window("viewer") as window:
         window.go("/correct")

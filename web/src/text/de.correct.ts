@@ -69,6 +69,8 @@ export const correct: Record<keyof typeof english, string> = {
   "correct.file.unit": "Einheit der Messwerte",
   "correct.serial": "Seriennummer oder Zeichen des Teils",
   "correct.serial.why": "Unter ihr wird das Teil aufbewahrt: Die nächste Korrektur kennt diese.",
+  "quantity.length": "Länge",
+  "quantity.angle": "Winkel",
   "correct.temperature": "Temperatur des Teils beim Messen, °C",
   "correct.no.temperature": "Das ist keine Temperatur von −50 bis 200 °C.",
   "correct.instrument": "Messmittel",

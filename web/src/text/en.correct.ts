@@ -68,6 +68,8 @@ export const correct = {
   "correct.file.unit": "Unit of the measurements",
   "correct.serial": "Serial number or mark of the part",
   "correct.serial.why": "The part is stored under it, and the next correction uses this one.",
+  "quantity.length": "length",
+  "quantity.angle": "angle",
   "correct.temperature": "Temperature of the part while it was measured, °C",
   "correct.no.temperature": "This is not a temperature from −50 to 200 °C.",
   "correct.instrument": "Gauge",

@@ -198,6 +198,7 @@ function limited(part: Seen["part"], tolerances: Record<string, string>) {
 /** A row for each size by its number in the picture; values in the unit of the program. */
 function Sizes({ part, values, read, tolerances, tolerate }: OfSizes) {
   const text = useText();
+  const word = useName();
   const inch = part.unit === "inch";
   const unit = inch ? "in" : "mm";
   const said = (value: number | null | undefined, of: Size) =>
@@ -218,7 +219,7 @@ function Sizes({ part, values, read, tolerances, tolerate }: OfSizes) {
         />
       )
     );
-  const what = (of: Size) => ({ diameter: "Ø", radius: "R" })[of.quantity] ?? of.quantity;
+  const what = (of: Size) => ({ diameter: "Ø", radius: "R" })[of.quantity] ?? word("quantity", of.quantity);
   return (
     <Rows
       label={text("correct.part")}
