@@ -20,7 +20,7 @@ from trueloop.machine.identify.identify import at_bounds, identify
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import error_name
 from trueloop.machine.model.history import Lag, check_lags_given
-from trueloop.machine.model.model import Machine, MachineModel, State, Version
+from trueloop.machine.model.model import Acceptance, Machine, MachineModel, State, Version
 from trueloop.machine.model.term import CONSTANT, Part, PositionBasis, Term, chain_of, segments
 from trueloop.machine.model.validity import check_state, require_in_force, require_serial
 from trueloop.machine.refine.refine import refine, require_better
@@ -79,10 +79,17 @@ def _fitted(factor: Callable[[str], float]) -> object:
     return read_as_file(text, lambda file: fit_machine(example("machine/machine.toml"), [file]))
 
 
-def _offered() -> None:
-    version = Version(2, 64 * "0", ("EXX",), "EXX refined", "better", "2026-11-23T10:00:00+00:00")
+OFFERED = Version(2, 64 * "0", ("EXX",), "EXX refined", "better", "2026-11-23T10:00:00+00:00")
+
+
+def _offered(version: Version | None = OFFERED) -> None:
     model = MachineModel(MILL, (EXX,), np.zeros(3), np.zeros((3, 3)), version=version)
     require_in_force(model, 64 * "1")
+
+
+def test_a_model_that_was_fitted_and_one_that_was_accepted_are_in_force() -> None:
+    _offered(None)
+    _offered(replace(OFFERED, accepted=Acceptance("K. Roth", "2026-11-24T10:00:00+00:00")))
 
 
 def _no_better() -> None:
