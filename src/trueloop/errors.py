@@ -159,6 +159,7 @@ class Code(StrEnum):
     MSR_KIND = "MSR-KIND", "a reading whose quantity its feature does not have", "feature quantity"
     MSR_NOMINAL = "MSR-NOMINAL", "a reading too far from nominal to be of this part", "feature actual nominal"
     MSR_TWICE = "MSR-TWICE", "a radius among diameters, an included angle, or the reverse", "feature factor"
+    MSR_UNCERTAINTY = "MSR-UNCERTAINTY", "an uncertainty that no measurement has", "characteristic u_um limit_um"
     MSR_OLD = "MSR-OLD", "readings from before the last correction", "measured_at corrected_at"
 
     # OFS: tool offsets and the tool tables of controls

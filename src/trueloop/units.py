@@ -13,3 +13,6 @@ URAD_PER_RAD: Final = 1e6
 
 SIGNALS: Final = {"_degC": "°C", "_rpm": "rev/min"}
 """How the columns of signals end, and the unit that says."""
+
+COARSEST_U_UM: Final = 250.0
+"""Standard uncertainty above which nothing is measured: of a steel rule, which is read to half a millimetre."""

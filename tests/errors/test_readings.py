@@ -58,6 +58,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MSR_PLACE: lambda: _read(f"{HEADER}cone,,33.0\n"),
     Code.MSR_KIND: lambda: _read("feature,length_mm\nseat-44,32.01\n"),
     Code.MSR_NOMINAL: lambda: _read(f"{HEADER}seat-44,-85,47.1\n"),
+    Code.MSR_UNCERTAINTY: lambda: _read("feature,diameter_mm,uncertainty_um\nseat-44,44.02,1e9\n"),
     Code.MSR_TWICE: lambda: _read(f"{HEADER}seat-44,-85,22.013\n"),
     Code.MSR_SCALE: lambda: _read(f"{HEADER}seat-44,-85,1.7334\nseat-36,-50,1.4182\n"),
     Code.MSR_SERIAL: lambda: _read(TWO_PARTS, 'serial = "A7"\n', "part"),

@@ -24,6 +24,7 @@ from trueloop.described import Described
 from trueloop.domain.option import Choice, Option, choices_of, inside
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
+from trueloop.units import COARSEST_U_UM
 from trueloop.wording import did_you_mean
 
 Location = tuple[int | str, ...]
@@ -165,6 +166,7 @@ MOST_COUNTED: Final = 1_000_000
 Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False, strict=True)]
 Positive = Annotated[float, Field(gt=0, le=MOST, allow_inf_nan=False, strict=True)]
 NotNegative = Annotated[float, Field(ge=0, le=MOST, allow_inf_nan=False, strict=True)]
+MeasuringUm = Annotated[float, Field(gt=0, le=COARSEST_U_UM, allow_inf_nan=False, strict=True)]
 Vector = tuple[Finite, Finite, Finite]
 Count = Annotated[int, Field(ge=1, le=MOST_COUNTED, strict=True)]
 

@@ -92,6 +92,7 @@ def test_machine_files(said: Said, old: str, new: str, expected: tuple[str, ...]
         ("100,X,4,0.5,24", "100,X", ("r.csv:4:3: MCH-FILE", "2 cells under 5 columns")),
         ("100,X", "900,X", ("r.csv:4: MCH-TRAVEL", "900 mm", "0 mm to 500 mm")),
         ("X_mm,", "Y_mm,", ("MCH-TRAVEL", "450 mm")),
+        ("100,X,4,0.5", "100,X,4,1e9", ("r.csv:1: MCH-UNIT", "line 4 states", "1e+09 µm, the limit is 250 µm")),
     ],
 )
 def test_readings(said: Said, old: str, new: str, expected: tuple[str, ...]) -> None:

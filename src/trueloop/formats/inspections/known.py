@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.collector import put_off
+from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
@@ -19,6 +20,7 @@ from trueloop.formats.inspections.qif import reader as qif
 from trueloop.formats.inspections.shared.text import HINT, decoded
 from trueloop.formats.inspections.tables import read as tables
 from trueloop.formats.measurements.touches_csv import X_SUFFIXES, read_touches
+from trueloop.units import COARSEST_U_UM, UM_PER_MM
 from trueloop.wording import wording
 
 NOMINAL: Final = tuple(f"nominal_{suffix}" for suffix in X_SUFFIXES)
@@ -81,12 +83,23 @@ def read_measured_file(path: FilePath, stated: StatedFacts | None = None) -> Mea
     """
     stated = stated or StatedFacts()
     try:
-        return _read(Path(path), stated)
+        found = _read(Path(path), stated)
     except TrueloopError as error:
         if error.code is not Code.MSR_UNIT or not stated.unit_key or "--unit" not in error.hint:
             raise
         hint = f'state it in the job: {stated.unit_key} = "mm" or "inch"'
         raise error.code.refusal(error.message, hint=hint, place=error.place, values=error.values) from error
+    for reading in (each for inspection in found.inspections for each in inspection.readings):
+        u_um = UM_PER_MM * (reading.standard_u or 0.0)
+        if reading.quantity is not Quantity.ANGLE and u_um > COARSEST_U_UM:
+            raise Code.MSR_UNCERTAINTY.refusal(
+                f"{reading.characteristic}: its standard uncertainty is {u_um:g} µm, the limit is {COARSEST_U_UM:g} µm",
+                hint="state it in the unit of its heading, half of an expanded one with k = 2; of an estimate by eye "
+                "leave the reading out",
+                place=Place(str(path), reading.line),
+                values={"characteristic": reading.characteristic, "u_um": u_um, "limit_um": COARSEST_U_UM},
+            )
+    return found
 
 
 def _read(path: Path, stated: StatedFacts) -> MeasuredFile:

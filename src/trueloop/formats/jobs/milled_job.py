@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from trueloop.formats.jobs.job import ProgramTable, read_job_file
-from trueloop.formats.toml_tables import Count, In, NotNegative, Positive, Table, Vector
+from trueloop.formats.toml_tables import Count, In, MeasuringUm, NotNegative, Positive, Table, Vector
 from trueloop.milled.feature import Kind, Side
 
 
@@ -154,7 +154,7 @@ class MilledJobFile(Table):
     """Names in the files, and the job's: `{ CIR1 = "B1" }`."""
     rotation: bool = True
     """The program runs under a rotation that can be entered (G68, ROT, a basic rotation); false: none is proposed."""
-    measuring_u_um: Positive = 1.5
+    measuring_u_um: MeasuringUm = 1.5
     """Standard uncertainty of a measured value whose file states none."""
     limits: MilledLimits = MilledLimits()
     output: MilledOutput = MilledOutput()

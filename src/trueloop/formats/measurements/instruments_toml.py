@@ -28,7 +28,7 @@ from pydantic import Field
 from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.measurements.instrument_files import ROTARY, LaserFile, TouchLog, places, read_instrument
-from trueloop.formats.toml_tables import Finite, Positive, Table, Vector, read_located
+from trueloop.formats.toml_tables import Finite, MeasuringUm, Positive, Table, Vector, read_located
 from trueloop.machine.circular import Circle
 from trueloop.machine.identify.observations import Observations, joined
 from trueloop.machine.model.chain import AxisKind, Chain
@@ -52,7 +52,7 @@ class InstrumentTable(Table):
     other axis."""
     tool_mm: Vector | None = None
     """Point of measurement from the frame of the last axis that carries the tool."""
-    u_um: Positive | None = None
+    u_um: MeasuringUm | None = None
     """Standard uncertainty of a reading; left out, it is not known."""
     signals: dict[str, Finite] = Field(default_factory=dict)
     """Temperatures and speeds during it, by the names of the model's signals."""

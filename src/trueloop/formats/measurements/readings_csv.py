@@ -42,11 +42,13 @@ from trueloop.machine.model.chain import COMPONENTS, Axis, AxisKind, Chain
 from trueloop.machine.model.history import Clock, History, logged, units_of
 from trueloop.machine.model.model import State
 from trueloop.machine.model.validity import outside
-from trueloop.units import MM_PER_INCH, UM_PER_MM, URAD_PER_RAD
+from trueloop.units import COARSEST_U_UM, MM_PER_INCH, UM_PER_MM, URAD_PER_RAD
 
 LENGTHS: Final = {"um": 1 / UM_PER_MM, "mm": 1.0, "in": MM_PER_INCH}
 ANGLES: Final = {"urad": 1 / URAD_PER_RAD, "arcsec": math.radians(1 / 3600)}
 READING: Final = {f"reading_{unit}": scale for unit, scale in (LENGTHS | ANGLES).items()}
+MOST_ANGLE_U_RAD: Final = 0.01
+"""Standard uncertainty of an angle above which nothing is measured: half a degree, of a protractor."""
 UNCERTAINTY: Final = {f"u_{unit}": scale for unit, scale in (LENGTHS | ANGLES).items()}
 ALONG: Final = ("along_x", "along_y", "along_z")
 TOOL: Final = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
@@ -143,7 +145,17 @@ def _readings(rows: Rows, is_angle: Flags) -> tuple[Array, Array]:
     values = rows.numbers(reading) * READING[reading]
     if not uncertainties:
         return values, np.full(count, np.nan)
-    return values, rows.numbers(uncertainties[0]) * UNCERTAINTY[uncertainties[0]]
+    u = rows.numbers(uncertainties[0]) * UNCERTAINTY[uncertainties[0]]
+    most = MOST_ANGLE_U_RAD if _is_angle(reading) else COARSEST_U_UM / UM_PER_MM
+    if np.any(u > most):
+        k = int(np.argmax(u > most))
+        value, limit = (1e6 * u[k], 1e6 * most) if _is_angle(reading) else (UM_PER_MM * u[k], COARSEST_U_UM)
+        unit = "µrad" if _is_angle(reading) else "µm"
+        raise wrong_unit(
+            rows.path,
+            f"line {rows.lines[k]} states a standard uncertainty of {value:g} {unit}, the limit is {limit:g} {unit}",
+        )
+    return values, u
 
 
 def _is_angle(column: str) -> bool:

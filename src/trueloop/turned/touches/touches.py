@@ -24,7 +24,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.units import MM_PER_INCH, UM_PER_MM
+from trueloop.units import COARSEST_U_UM, MM_PER_INCH, UM_PER_MM
 
 ON_PROFILE_MM: Final = 0.5
 """A nominal point further than this from its feature is not on it: ten times what a drawing is rounded to."""
@@ -265,11 +265,12 @@ class Gauging:
             "gauging.repeatability_diameter_um",
             "Range of repeated touches along x. The standard uncertainty is the range by √12.",
             least=0,
+            most=2.0 * COARSEST_U_UM,
         ),
     ] = 1.5 / UM_PER_MM
-    range_z_mm: Annotated[float, Option("gauging.repeatability_face_um", "The same along z.", least=0)] = (
-        0.5 / UM_PER_MM
-    )
+    range_z_mm: Annotated[
+        float, Option("gauging.repeatability_face_um", "The same along z.", least=0, most=2.0 * COARSEST_U_UM)
+    ] = 0.5 / UM_PER_MM
     readings_u_mm: Annotated[
         float,
         Option(
@@ -277,6 +278,7 @@ class Gauging:
             "Standard uncertainty of readings that state none, of a diameter on the diameter: a workshop micrometer "
             "in good order and a part within some kelvin of 20 °C.",
             above=0,
+            most=COARSEST_U_UM,
         ),
     ] = 2.0 / UM_PER_MM
     z_reference: Annotated[
