@@ -143,10 +143,10 @@ class _Known:
         """Takes in the parts with those devices off."""
         catalogue, values = milled_catalogue(), [with_device_off(part.as_first_set(), off) for part in parts]
         sizes = fitted_sizes(catalogue, values) if len(parts) >= PARTS_FOR_SIZES else catalogue.medians
-        known = after_parts(catalogue, with_scales(sizes), [[observed] for observed in values])
+        known = after_parts(catalogue, sizes, [[observed] for observed in values])
         *earlier, shows = [taken.scales for of_part in known.taken for taken in of_part]
         scales = {key: scale for mapping in earlier for key, scale in mapping.items() if key[0] in LASTING}
-        return cls(probability, off, known.state, {**scales, **shows})
+        return cls(probability, off, replace(known.state, sizes=with_scales(sizes)), {**scales, **shows})
 
     def device(self) -> DeviceOff:
         """Returns the device that is off."""
