@@ -82,11 +82,7 @@ impl SplineSpace {
 
     /// Where basis function `index` differs from zero.
     pub fn support(&self, index: usize) -> (f64, f64) {
-        let last = self.knots.len() - 1;
-        (
-            self.knots[index.min(last)],
-            self.knots[(index + self.degree + 1).min(last)],
-        )
+        (self.knots[index], self.knots[index + self.degree + 1])
     }
 
     /// `h` with slope(0) = (c₁ − c₀)/h.

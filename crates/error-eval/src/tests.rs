@@ -54,6 +54,9 @@ fn numbers_that_do_not_belong_together() {
     assert_eq!(refuse(0, &[], 1, &[]), ModelError::Breaks);
     assert_eq!(refuse(0, &[1.0, 1.0], 1, &[NONE]), ModelError::Breaks);
     assert_eq!(refuse(0, &[0.0, f64::NAN], 1, &[NONE]), ModelError::Breaks);
+    for breaks in [[0.0, 1.0, 0.5], [0.0, -1.0, 1.0]] {
+        assert_eq!(refuse(0, &breaks, 1, &[NONE; 2]), ModelError::Breaks);
+    }
     assert_eq!(refuse(0, &[0.0, 1.0], 2, &[NONE]), ModelError::Coefficients);
     assert_eq!(refuse(0, &[0.0, 1.0], 0, &[]), ModelError::Coefficients);
     assert_eq!(

@@ -23,7 +23,7 @@ use error_eval::Vector;
 use latch::Latch;
 use movement::Movement;
 use readings::{Bad, Readings};
-use slew::{rounded, slewed, usable, SAFE_SLEW};
+use slew::{rounded, slewed, usable};
 use travel::{stays_inside, Ramp};
 
 /// What is remembered from period to period. It knows nothing of an image: one that is exchanged while nothing is in force
@@ -32,7 +32,7 @@ use travel::{stays_inside, Ramp};
 pub struct Corrector {
     phase: Phase,
     fault: Option<Bad>,
-    /// Last one that could be used, mm/s.
+    /// Last one that could be used, mm/s; before any nothing comes in force.
     slew: f64,
     correction: Vector,
     /// What the correction went to last: rounding holds on to it.
@@ -61,7 +61,7 @@ impl Corrector {
         Self {
             phase: Phase::Off,
             fault: None,
-            slew: SAFE_SLEW,
+            slew: 0.0,
             correction: [0.0; AXES],
             target: [0.0; AXES],
             reached: false,

@@ -2,8 +2,6 @@
 
 use error_eval::Vector;
 
-/// Until a setting could be used, mm/s.
-pub(super) const SAFE_SLEW: f64 = 1.0;
 /// A rounded correction stays while what is wanted is within this part of a step of it, so that noise at an edge between
 /// two steps does not move the drive to and fro.
 const STAYS_WITHIN: f64 = 0.6;

@@ -123,8 +123,8 @@ fn a_fault_stays_until_enable_goes_off() {
     bench.inputs.position = [f64::NAN, 0.0, 0.0];
     let faulted = bench.step(&mut image);
     assert_eq!(
-        (faulted.phase, faulted.fault),
-        (Phase::Faulted as i32, Fault::NotANumber as i32)
+        (faulted.phase, faulted.fault, faulted.fault_signal),
+        (Phase::Faulted as i32, Fault::NotANumber as i32, -1)
     );
     assert!(close(faulted.correction, [0.015, 0.0, -0.045], 1e-12));
     bench.inputs.position = [0.0; AXES];

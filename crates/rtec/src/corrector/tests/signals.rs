@@ -207,6 +207,21 @@ fn silence_makes_a_reading_stale_even_where_the_watchdog_waits() {
 }
 
 #[test]
+fn a_reading_as_old_as_it_may_be_is_taken() {
+    let (mut bench, mut image) = in_force(1);
+    (bench.settings.stale_s, bench.inputs.age_s[0]) = (3.0, 3.0);
+    assert_eq!(bench.step(&mut image).signal_fault, 0);
+    // Times of 0: what is read and told in every period is neither old nor silent.
+    (bench.settings.stale_s, bench.settings.watchdog_s) = (0.0, 0.0);
+    bench.inputs.age_s[0] = 0.0;
+    assert_eq!(bench.steps(&mut image, 5).signal_fault, 0);
+    assert_eq!(
+        bench.silent_step(&mut image).signal_fault,
+        Fault::Watchdog as i32
+    );
+}
+
+#[test]
 fn nothing_is_taken_before_the_first_message() {
     let (mut bench, mut image) = (Bench::new(), warm(1));
     for _ in 0..10 {

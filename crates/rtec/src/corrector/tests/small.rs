@@ -8,6 +8,7 @@ fn corrections_come_in_steps_of_the_resolution() {
     let mut bench = Bench::new();
     bench.settings.resolution_mm = 0.002;
     for (wanted, rounded) in [
+        (0.0011, 0.0), // within 0.6 steps of nothing, which is held at first
         (0.0051, 0.006),
         (0.0029, 0.002),
         (-0.0051, -0.006),
@@ -42,17 +43,19 @@ fn noise_at_an_edge_between_two_steps_does_not_move_the_drive() {
 
 #[test]
 fn another_resolution_leaves_no_odd_step() {
-    let mut bench = Bench::new();
-    let mut image = stand_in(0, constant([0.0052, 0.0, 0.0]));
-    for (resolution, rounded) in [
-        (0.005, 0.005),
-        (0.002, 0.006),
-        (0.0, 0.0052),
-        (1e-300, 0.0052),
-    ] {
-        bench.settings.resolution_mm = resolution;
-        let said = bench.steps(&mut image, 10);
-        assert!((said.correction[0] - rounded).abs() < 1e-15);
+    for sign in [1.0, -1.0] {
+        let mut bench = Bench::new();
+        let mut image = stand_in(0, constant([sign * 0.0052, 0.0, 0.0]));
+        for (resolution, rounded) in [
+            (0.005, 0.005),
+            (0.002, 0.006),
+            (0.0, 0.0052),
+            (1e-300, 0.0052),
+        ] {
+            bench.settings.resolution_mm = resolution;
+            let said = bench.steps(&mut image, 10);
+            assert!((said.correction[0] - sign * rounded).abs() < 1e-15);
+        }
     }
 }
 

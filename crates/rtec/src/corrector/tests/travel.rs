@@ -166,6 +166,34 @@ fn an_axis_that_never_moved_may_move() {
     assert_eq!(bench.steps(&mut image, 30).fault, Fault::Travel as i32);
 }
 
+/// A command that was seen at rest may have accelerated for half a period: to 0.5 mm/s at 1000 mm/s², which is assumed
+/// without any movement, and to 10 mm/s at 20 000 mm/s², which is as much as a jump of the command counts. The quickest
+/// way over 0.1323 mm peaks at u = √(132.3 + 0.125) = 11.508 mm/s and takes (2 u − 0.5) / 1000 = 22.52 ms, in which a
+/// correction of up to 5 · 0.02252 − 5² / 2000 = 0.1001 mm fades; over 0.1320 mm 0.0999 mm. After a jump 2.13 mm let
+/// √(42 600 + 50) = 206.52 mm/s, 20.152 ms and 5 · 0.020152 − 5² / 40 000 = 0.1001 mm; 2.12 mm let 0.0999 mm.
+#[test]
+fn the_room_that_a_tenth_needs_at_rest() {
+    for (jumped, room, phase) in [
+        (false, 0.1323, Phase::InForce),
+        (false, 0.1320, Phase::Faulted),
+        (true, 2.13, Phase::InForce),
+        (true, 2.12, Phase::Faulted),
+    ] {
+        for sign in [1.0, -1.0] {
+            let mut bench = Bench::new();
+            let mut image = stand_in(0, constant([sign * 0.1, 0.0, 0.0]));
+            bench.inputs.enable = false;
+            if jumped {
+                bench.steps(&mut image, 3);
+            }
+            bench.inputs.position[0] = sign * (END + BEYOND - room);
+            bench.steps(&mut image, 3);
+            bench.inputs.enable = true;
+            assert_eq!(bench.steps(&mut image, 30).phase, phase as i32, "{room}");
+        }
+    }
+}
+
 #[test]
 fn what_a_command_did_elsewhere_it_may_do_at_the_end() {
     for left in (0..300).map(|k| 0.05 + 0.001 * f64::from(k)) {
