@@ -3,7 +3,7 @@
 Curves from whatever gives a point and a derivative: pieces of arc length as short as their polynomials need.
 
 The point is a piecewise polynomial of the arc length itself, so that arc length, tangent, normal and curvature are as
-good as the polynomials: those of `curve_building` keep within 1e-12 mm and rad of what they are made from.
+good as the polynomials: those of `curve_along` keep within 1e-12 mm and rad of what they are made from.
 """
 
 from collections.abc import Callable, Iterator, Sequence

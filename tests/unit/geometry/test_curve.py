@@ -10,6 +10,7 @@ from scipy.special import ellipeinc
 
 from tests.support.curves import LENS, arc_as_curve
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.curve import part_of
 from trueloop.geometry.curve_kinds import asphere, b_spline, curve_through, ellipse, off_points_mm, power_series
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.intersection import intersections
@@ -76,6 +77,24 @@ def test_rational_spline_is_a_circle() -> None:
     curve = b_spline("q", [(10.0, 0.0), (10.0, 10.0), (0.0, 10.0)], [0, 0, 0, 1, 1, 1], 2, [1, math.sqrt(0.5), 1])
     assert curve.length_mm == pytest.approx(5 * math.pi, abs=1e-12)
     assert_allclose(curve.curvature_per_mm(np.linspace(0, curve.length_mm, 9)), 0.1, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(("cut_mm", "kept_mm"), [(0.0, 400.0), (3.0, 330.0), (-0.25, 250.0)])
+def test_every_piece_of_a_long_ellipse_is_where_its_equation_is(cut_mm: float, kept_mm: float) -> None:
+    """Semi-axes 10 and 200 mm, in many pieces; before its start, its vertex, a circle of 10²/200 = 0.5 mm: half a
+    radian of it is 0.25 mm.
+    """
+    curve = ellipse("e", ((30.0, -200.0), (30.0, 200.0)), (30.0, 0.0), (10.0, 200.0), convex=False)
+    assert len(curve.breaks_mm) > 5
+    part = part_of(curve, cut_mm, cut_mm + kept_mm)
+    assert part.length_mm == pytest.approx(kept_mm, abs=1e-9)
+    s = np.linspace(max(0.0, -cut_mm), kept_mm, 301)
+    x, z = part.point_mm(s).T
+    assert_allclose(((x - 30.0) / 10.0) ** 2 + (z / 200.0) ** 2, 1.0, rtol=0, atol=1e-11)
+    assert_allclose(part.point_mm(s), curve.point_mm(s + cut_mm), rtol=0, atol=1e-10)
+    if cut_mm < 0.0:
+        before = (30.0 + 0.5 * math.sin(0.5), -200.0 + 0.5 * (1 - math.cos(0.5)))
+        assert part.start_mm == pytest.approx(before, abs=1e-9)
 
 
 ARC = Arc("dome", (24.0, -24.0), (0.0, 0.0), (0.0, -24.0), math.pi / 2)

@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from trueloop.geometry.curve_kinds import b_spline, ellipse
+from trueloop.geometry.curve_kinds import b_spline, ellipse, power_series
 from trueloop.geometry.feature import Arc, Line, distance_mm
-from trueloop.geometry.intersection import beyond_end, crossings, intersections
+from trueloop.geometry.intersection import beyond_end, crossings, intersections, sign_changes
 
 
 def circle(x: float, z: float, radius: float) -> Arc:
@@ -80,3 +80,13 @@ def test_a_curve_s_loop_is_found_where_it_crosses_itself() -> None:
     assert (first, second) == (0, 0) and math.dist(point, (27.5, 10.0)) < 1.0  # the beginning of a chord
     arch = b_spline("arch", [(20.0, 0.0), (80.0, -20.0), (80.0, 40.0), (20.0, 20.0)], knots, 3)
     assert crossings([arch], 1e-3) == []
+
+
+@pytest.mark.parametrize(
+    ("off_mm", "expected"), [(0.9e-12, [0.0]), (-0.9e-12, [0.0]), (1.5e-12, []), (-1.5e-12, [1.5e-12])]
+)
+def test_an_end_within_rounding_of_a_line_is_on_it(off_mm: float, expected: list[float]) -> None:
+    """The curve is x = 1 mm from z = 0 up: beyond 1e-12 mm its start is on one side, and only below does it cross."""
+    straight = power_series("straight", ((1.0, 0.0), (1.0, 2.0)), (1.0,))
+    found = sign_changes(straight, lambda points: points[..., 1] + off_mm)
+    assert found.tolist() == pytest.approx(expected, abs=2e-13)

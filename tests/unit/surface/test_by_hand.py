@@ -1,6 +1,7 @@
 """Figures of a surface's correction by hand: ridges, places of a pass, a cutter's edge, motions of a part, lattices."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,8 +13,19 @@ from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter, edge_centres_mm, tool_axes
 from trueloop.surface.compensation.shift import MovedFace, moved_locations, moved_over_faces, places
-from trueloop.surface.deviations.alignment import count_told, form_size, rigid_motions, spread_of
+from trueloop.surface.deviations.alignment import (
+    DATUM,
+    Faces,
+    best_fit,
+    count_told,
+    form_size,
+    rigid_motions,
+    spread_of,
+)
+from trueloop.surface.deviations.deviations import SurfaceDeviations
 from trueloop.surface.separation.moran import lattice_of
+from trueloop.surface.separation.separate import averaged_over_cells
+from trueloop.surface.separation.spline_surface import _lines
 from trueloop_lab.loops.surface import form_alone_mm
 from trueloop_lab.simulator.zigzag import ZigzagOptions, scallop_step_mm, zigzag
 
@@ -73,6 +85,23 @@ def test_a_vector_turns_by_the_angle_between_its_ends() -> None:
     path = program.run()
     axes = tool_axes(program, path, "IJK", (0.0, 0.0, 1.0))
     np.testing.assert_allclose(axes.turned_deg(np.arange(len(path))[-2:]), [45.0, 90.0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("letters", "words", "written"),
+    [
+        ("CA", "C20. A10.5", " C20.0000 A10.5000"),
+        ("CA", "C20.123456 A10.", " C20.123456 A10.000000"),
+        ("IJK", "I0. J-0.6 K0.8", " I0.000000 J-0.600000 K0.800000"),
+    ],
+)
+def test_new_words_have_the_digits_of_their_kind_or_of_the_program_s_own(
+    letters: str, words: str, written: str
+) -> None:
+    """Four of an angle, 1.7 µrad, and six of a vector, 1 µrad, at least."""
+    program = read_program(f"G21 G90 G94 G17\nG1 X0 Y0 Z0 {words} F100\nX10\nM2\n".encode(), "linuxcnc")
+    path = program.run()
+    assert tool_axes(program, path, letters, (0.0, 0.0, 1.0)).text(len(path) - 1, 0.5) == written
 
 
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.36, -0.48, 0.8), (0.0, 1.0, 0.0)])
@@ -277,3 +306,48 @@ def test_places_off_a_lattice_have_none() -> None:
     twice[12] = twice[13]
     uneven[:, 0] = uneven[:, 0] ** 1.5
     assert [lattice_of(points, 3.0) for points in (aside, twice, uneven)] == [None] * 3
+
+
+def test_a_chip_is_left_out_by_how_far_it_is_from_the_others_though_all_are_off() -> None:
+    """A fit that may move nothing: all points are 40 µm high, one 100 µm. It is 60 µm from the middle, more than 50."""
+    at = np.linspace(2.0, 18.0, 9)
+    x, y = (a.ravel() for a in np.meshgrid(at, at))
+    points = np.column_stack([x, y, np.full(81, 0.04)])
+    points[30, 2] = 0.1
+    faces = Faces((FLAT,), np.zeros(81, int))
+    alignment, _, aside = best_fit(faces, points, 0.0, faces.closest(points), 1e-9)
+    np.testing.assert_allclose(alignment.apply(points), points, atol=1e-12)
+    assert np.flatnonzero(aside).tolist() == [30]
+
+
+def test_cells_are_at_shares_of_the_parameters() -> None:
+    """Parameters from 2 to 4 and from −3 to 3, two points to a cell of 10 × 2.5 mm: their mean is at its middle."""
+    flat = _patch((0, 0, 0), (20, 0, 0), (0, 10, 0))
+    nominal = replace(flat, knots_u=2 + 2 * flat.knots_u, knots_v=6 * flat.knots_v - 3)
+    u, v = np.repeat([2.4, 2.6, 3.1, 3.9], 4), np.tile([-2.0, -0.1, 1.4, 2.9], 4)
+    error = np.arange(16, dtype=np.float64)
+    scanned = SurfaceDeviations("P1", u, v, nominal.point_mm(u, v), nominal.normal(u, v), error, None, DATUM)
+    places, means = averaged_over_cells(nominal, scanned, (2, 4))
+    np.testing.assert_allclose(places.points_mm[:, 0], np.repeat([5.0, 15.0], 4), atol=1e-9)
+    np.testing.assert_allclose(places.points_mm[:, 1], np.tile([1.25, 3.75, 6.25, 8.75], 2), atol=1e-9)
+    np.testing.assert_allclose(means, [2, 3, 4, 5, 10, 11, 12, 13])
+
+
+@pytest.mark.parametrize(
+    ("tenths", "full"),
+    [
+        (range(11), True),
+        ((0, 1, 2, 3, 5, 6, 7, 8, 9, 10), True),
+        ((0, 1, 2, 3, 6, 7, 8, 9, 10), False),
+        (range(8, -1, -1), True),
+        (range(8), False),
+        (range(2, 11), True),
+        (range(3, 11), False),
+    ],
+)
+def test_rows_of_a_grid_that_leave_two_and_a_half_steps_open_are_no_full_grid(
+    tenths: Sequence[int], full: bool
+) -> None:
+    """Steps of a tenth: two are left open where a row is missing, three where two are, at either edge as inside."""
+    found = _lines(np.repeat(np.array(tenths)[:, None] / 10, 3, axis=1))
+    assert (found is not None) is full

@@ -9,7 +9,7 @@ from trueloop.arrays import Array
 from trueloop.geometry.surface import fit_grid
 from trueloop.surface.pattern.field import FaceParts, _own, fields_of
 from trueloop.surface.pattern.kriging import FieldProcess, Kriging, Process, fitted_process
-from trueloop.surface.pattern.support import between
+from trueloop.surface.pattern.support import between, expectations
 from trueloop.surface.separation.separate import separate
 from trueloop.surface.separation.spline_surface import Places
 
@@ -47,6 +47,55 @@ def test_expectation_and_variance_are_those_of_the_conditional_normal_law() -> N
     np.testing.assert_allclose(found.expected_mm(values, where), beside @ inverse @ values, atol=1e-9)
     wanted = np.diag(covariance(where, where) - beside @ inverse @ beside.T)
     np.testing.assert_allclose(found.variance_mm2(where), wanted, atol=1e-9)
+
+
+def test_where_a_part_has_no_value_the_mean_of_the_others_stands_with_what_it_differs_from_it() -> None:
+    """Written out: the mean of all, kriged, and what the second part differs from that where it was touched."""
+    rng = np.random.default_rng(2)
+    at, where, values = rng.uniform(0, 40, (20, 2)), rng.uniform(0, 60, (7, 2)), rng.normal(size=(2, 20))
+    values[1, 12:] = np.nan
+
+    def kriged(places: Array, of: Array, to: Array) -> Array:
+        measured = covariance(places, places) + PROCESS.noise_mm2 * np.eye(len(places))
+        return np.asarray(covariance(to, places) @ np.linalg.solve(measured, of))
+
+    mean = np.concatenate([values[:, :12].mean(axis=0), values[0, 12:]])
+    wanted = [
+        kriged(at, mean, where) + kriged(at[:n], part[:n] - kriged(at, mean, at[:n]), where)
+        for part, n in zip(values, (20, 12), strict=True)
+    ]
+    np.testing.assert_allclose(expectations(PROCESS, at, values, where), wanted, atol=1e-9)
+
+
+def test_a_band_is_wider_by_as_few_waves_as_the_patch_holds() -> None:
+    """Waves of 3 × 2 mm: 10 on 60 mm², of which t = 2.2281 for 1.9600; on 6 mm² three are taken, t = 3.1824."""
+    process = replace(PROCESS, waves_mm=(3.0, 2.0))
+    found = [process.widening(area_mm2) for area_mm2 in (60.0, 6.0)]
+    assert found == pytest.approx([2.22814 / 1.95996, 3.18245 / 1.95996], rel=2e-5)
+
+
+def test_the_band_of_a_part_is_what_is_open_of_the_field_and_what_may_be_its_own() -> None:
+    """At every place (1 − φ)² V + φ (1 − φ) S², widened: φ = 0.3 or 0.6 of S² stated, beside next to nothing."""
+    rng = np.random.default_rng(5)
+    u, v = rng.random((2, 150))
+    form = 4e-3 * np.sin(7 * u) * np.cos(5 * v)
+    part = separate(
+        Places(np.column_stack([u * SIDES[0], v * SIDES[1], 0 * u]), u, v), form + 3e-4 * rng.normal(size=150)
+    )
+    face = FaceParts(FACE.surface, [part])
+    (whole,) = fields_of([face], 1e-9, seen=False)
+    process, (at, values) = whole.support.process, face.values(1500.0)
+    size_mm2, widening = float(np.mean(values**2)) - process.noise_mm2, process.widening(SIDES[0] * SIDES[1])
+    coarse = np.linspace(0.0, 1.0, 41)  # every third place of the support
+    variance_mm2 = Kriging(process, at).variance_mm2(face.places(np.repeat(coarse, 41), np.tile(coarse, 41)))
+    deviation_mm = whole.support.deviation_mm[::3, ::3].ravel()
+    np.testing.assert_allclose(deviation_mm**2, widening**2 * variance_mm2, rtol=1e-6)
+    for share in (0.3, 0.6):
+        (found,) = fields_of([face], float(np.sqrt(share * size_mm2)), seen=False)
+        open_mm2 = (1 - share) ** 2 * whole.support.deviation_mm**2
+        wanted_mm2 = open_mm2 + widening**2 * share * (1 - share) * size_mm2
+        np.testing.assert_allclose(found.support.deviation_mm**2, wanted_mm2, rtol=1e-6)
+        assert np.median(open_mm2 / wanted_mm2) > 1e-3
 
 
 def test_far_from_every_point_nothing_is_expected_and_all_is_open() -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.stats import t
+from scipy.stats import t, ttest_1samp
 
 from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.surface.pattern.pattern import (
@@ -173,6 +173,13 @@ def test_parts_that_differ_by_their_set_up_alone_show_no_pattern_and_a_pattern_i
         SplineSurface(Size(9, 9), truth + random_surface(rng, 9, BETWEEN_MM).coefficients_mm) for _ in range(count)
     ]
     assert by_chance(alike, WHOLE) < 0.01
+
+
+def test_parts_that_differ_by_height_alone_are_judged_by_student_s_test() -> None:
+    """F with 1 and s − 1 degrees of freedom: the square of Student's t of their heights."""
+    for heights in ([1.0, 2.0, 4.0], [0.5, 3.0, 2.0, -0.5, 1.0]):
+        models = [SplineSurface(Size(6, 6), np.full((6, 6), 1e-3 * height)) for height in heights]
+        assert by_chance(models, WHOLE) == pytest.approx(ttest_1samp(heights, 0.0).pvalue, rel=1e-9)
 
 
 def test_what_trimming_cut_away_makes_no_pattern() -> None:

@@ -5,12 +5,13 @@ import math
 import numpy as np
 import pytest
 from scipy.special import ndtr
+from scipy.stats import f
 
 from tests.support.surfaces import NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.errors import Severity, TrueloopError
 from trueloop.surface.separation.moran import lilliefors_p, normality
-from trueloop.surface.separation.separate import FORM, log_likelihood, separate
-from trueloop.surface.separation.spline_surface import Places, Size, projector, regress, splines
+from trueloop.surface.separation.separate import FORM, log_likelihood, of_size, scattering_part, separate
+from trueloop.surface.separation.spline_surface import Places, Size, basis, projector, regress, splines
 
 CRITERIA = ("likelihood", "randomness")
 NOISE_MM = 0.0022
@@ -126,6 +127,34 @@ def test_smoothing_changes_nothing_where_points_decide() -> None:
     np.testing.assert_allclose(smooth, exact, atol=2e-7)  # a trace of 1e-6: a fifth of a nanometre
 
 
+def test_normality_is_judged_of_residuals_over_their_own_scatter() -> None:
+    """A touch at a corner, which the surface follows, leaves √(1 − h) of its scatter, h of the hat matrix written out;
+    at the corners of 9 × 9 control points over 25 × 25 touches h is above 0.5.
+    """
+    errors, side = np.random.default_rng(7).normal(0, NOISE_MM, 625), Size(9, 9)
+    along = basis(side, 0, np.linspace(0.0, 1.0, 25))
+    line = along @ np.linalg.inv(along.T @ along) @ along.T
+    hat = np.kron(line, line)
+    left = errors - hat @ errors
+    found = of_size(SQUARE, errors, side, NEAR).chosen.normality
+    assert np.max(np.diag(hat)) > 0.5
+    assert found.distance == pytest.approx(normality(left / np.sqrt(1.0 - np.diag(hat))).distance, rel=1e-6)
+    assert abs(found.distance - normality(left).distance) > 1e-4
+
+
+def test_the_scatter_of_two_parts_is_judged_by_fisher_s_test() -> None:
+    """625 touches less 81 control points leave 544 degrees of freedom, 625 less 25 leave 600; either part may be it."""
+    rng = np.random.default_rng(6)
+    quiet, loud = (
+        of_size(SQUARE, rng.normal(0, scatter, 625), Size(side, side), NEAR)
+        for scatter, side in ((NOISE_MM, 9), (1.1 * NOISE_MM, 5))
+    )
+    found = scattering_part([quiet, loud])
+    assert (found.index, found.sigma_mm, found.others_mm) == pytest.approx((1, loud.sigma_mm, quiet.sigma_mm))
+    by_chance = 2 * f.sf((loud.sigma_mm / quiet.sigma_mm) ** 2, 600, 544)
+    assert 1e-4 < by_chance < 0.5 and found.p_value == pytest.approx(by_chance, rel=1e-9)
+
+
 @pytest.mark.parametrize("n", [8, 30, 200])
 def test_lilliefors_p_values_of_normal_samples_are_uniform(n: int) -> None:
     """20,000 samples: a share is known to 0.0035, and the formulas join to a few hundredths of theirs."""
@@ -158,3 +187,9 @@ def test_p_values_are_those_of_stephens_table(statistic: float, level: float) ->
     """Stephens (1974), Journal of the American Statistical Association 69: D (√n − 0.01 + 0.85/√n) of a normal law."""
     for n in (8, 20, 100):
         assert lilliefors_p(statistic / (n**0.5 - 0.01 + 0.85 / n**0.5), n) == pytest.approx(level, rel=0.13)
+
+
+def test_the_p_value_of_ten_million_touches_lies_between_those_of_stephens_table() -> None:
+    """At 0.905 between 0.05 of 0.895 and 0.025 of 0.955, in proportion to its logarithm 0.0445."""
+    n = 10_000_000
+    assert lilliefors_p(0.905 / (n**0.5 - 0.01 + 0.85 / n**0.5), n) == pytest.approx(0.0445, rel=0.13)

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from trueloop.arrays import Array
+from trueloop.surface.on_face import SUPPORT
+from trueloop.surface.pattern.kriging import Process
 from trueloop.surface.pattern.pattern import Pattern, pattern_of
+from trueloop.surface.pattern.support import _support
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.separate import of_size, separate
 from trueloop.surface.separation.spline_surface import Places, Size
@@ -144,6 +147,25 @@ def test_far_from_all_points_the_correction_is_none_and_the_band_as_wide_as_the_
     assert np.mean(off <= half) > 0.9
     assert pattern.support is not None
     assert 0.4 < np.mean(~pattern.support.supported) < 0.65
+
+
+def test_what_is_known_of_three_places_by_hand() -> None:
+    """Of a variance of 3 + 1 µm² 1, 3 and 4 are left at three places by all points, by those of two parts 1 and 3, 4
+    and 5, 4 and 4; at the second the first part's spline is taken by half.
+    """
+    process = Process(3e-6, 0.0, 1e-6, (1.0, 1.0), (2.0, 2.0))
+    share, bare = np.ones((2, SUPPORT**2)), np.array([0, 1, 2])
+    share[:, bare] = [[0.0, 0.5, 0.0], [0.0, 0.0, 0.0]]
+    own_mm2 = 1e-6 * np.array([[1.0, 4.0, 4.0], [3.0, 5.0, 4.0]])
+    found = _support(process, 1.5, share, bare, (own_mm2, 1e-6 * np.array([1.0, 3.0, 4.0])))
+    rest = [1.0, 0.0, 2.0]
+    for values, wanted in (
+        (found.known, [0.75, 0.5, 0.0]),
+        (1e3 * found.deviation_mm, [1.5, 1.5 * 1.5**0.5, 3.0]),
+        (found.parts, [4 / 3, 1.0, 2.0]),
+    ):
+        assert values.ravel()[:3] == pytest.approx(wanted)
+        assert np.all(values.ravel()[3:] == rest.pop(0))
 
 
 def test_a_window_of_one_part_alone_is_told_by_the_others_less_surely() -> None:

@@ -12,7 +12,7 @@ from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.geometry.surface import Feet, Surface, fit_grid
 from trueloop.surface.deviations.alignment import Faces
 from trueloop.surface.deviations.deviations import fit_of_faces, inside_trim, sampling_advice, surface_deviations
-from trueloop.surface.deviations.points import MeasuredPoints, on_face
+from trueloop.surface.deviations.points import MeasuredPoints, _ball, on_face
 
 RNG = np.random.default_rng(11)
 SURFACE = wavy_surface()
@@ -250,6 +250,24 @@ def test_a_ball_too_large_for_a_hollow_is_told() -> None:
         touched = valleys.point_mm(u, v) + radius * valleys.normal(u, v)
         found = surface_deviations(valleys, MeasuredPoints(touched, radius))
         assert [finding.code for finding in found.findings] == told
+
+
+def test_the_share_of_the_area_that_a_ball_cannot_reach_is_that_of_lines_between_its_edges() -> None:
+    """z = −x³/600 is hollow with 1/κ = −100/x (1 + (x²/200)²)^1.5 mm: a ball of 50 mm fits from x = −2 mm on. Of 40
+    lines 0.1 mm apart, the first 0.1 mm inside the edge x = −4.05 mm, 20 are before.
+    """
+    low, high = -4.05, 0.05
+    control = np.empty((4, 2, 3))
+    control[:, :, 0] = np.linspace(low, high, 4)[:, None]
+    control[:, :, 1] = [0.0, 10.0]
+    control[:, :, 2] = -np.array([low**3, low**2 * high, low * high**2, high**3])[:, None] / 600  # of Bézier
+    ends = np.repeat([0.0, 1.0], 4)
+    bent = Surface((3, 1), ends, ends[2:-2], control, np.ones((4, 2)))
+    at, none = np.array([0.0, 1.0]), np.zeros(2)
+    feet = Feet(u=at, v=at, point_mm=np.zeros((2, 3)), normal=np.zeros((2, 3)), distance_mm=none, beyond_mm=none)
+    radius_mm = 100 / 3.95 * (1 + (3.95**2 / 200) ** 2) ** 1.5
+    (found,) = _ball(bent, feet, 50.0)
+    assert f"on 50% of the area: the surface is concave with radius {radius_mm:.3f} mm at x -3.950" in found.message
 
 
 @pytest.mark.parametrize(

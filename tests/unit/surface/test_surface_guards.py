@@ -27,14 +27,14 @@ def test_a_frame_that_the_path_does_not_follow_is_refused() -> None:
 
 
 def test_the_read_back_of_an_inch_program_allows_two_steps_of_an_inch_program(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A step is 0.0001 in there, 2.54 µm: an end that is 0.0010 in off is not what was intended."""
+    """A step is 0.0001 in there, 2.54 µm: an end that is 0.0003 in off is not what was intended."""
 
     def written_wrongly(program: Program, edits: list[Edit]) -> bytes:
-        return apply_edits(program, edits).replace(b"Y0.4000", b"Y0.4010")
+        return apply_edits(program, edits).replace(b"Y0.4000", b"Y0.4003")
 
     monkeypatch.setattr(surface_program, "apply_edits", written_wrongly)
     inch = read_program(b"G20 G90 G94 G17\nG0 X0.1 Y0.4000 Z0.2\nG1 Z0 F4.\nX0.7\nG0 Z0.2\nM30\n", "fanuc-mill")
-    with pytest.raises(TrueloopError, match=r"of the written program ends 25\.40 µm from") as told:
+    with pytest.raises(TrueloopError, match=r"of the written program ends 7\.62 µm from") as told:
         corrected_program(inch, FLAT, FLAT, BALL, "0123456789abcdef")
     assert told.value.code is Code.CMP_READ_BACK
 

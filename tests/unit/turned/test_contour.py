@@ -208,6 +208,28 @@ def test_tangent_lines_that_cross_beyond_half_of_the_shorter_go_over_where_they_
     assert (before.end_mm - first_mm, after.start_mm) == pytest.approx((meets_mm, meets_mm), abs=2e-3)
 
 
+@pytest.mark.parametrize("beyond_mm", [0.5, -0.7])
+def test_paths_that_meet_cross_there_though_rounding_never_lets_the_search_settle(beyond_mm: float) -> None:
+    """At 1 µrad and x = 1000 mm: a digit of 1e-13 mm is 1e-7 mm along them, and the search looks for 1e-12 mm."""
+    turn_rad, lean_rad = 1e-6, 0.7
+    corner = (1000.1, -0.3)
+    first, second = (
+        Line(
+            name,
+            (corner[0] + from_mm * math.sin(along_rad), corner[1] + from_mm * math.cos(along_rad)),
+            (corner[0] + to_mm * math.sin(along_rad), corner[1] + to_mm * math.cos(along_rad)),
+        )
+        for name, along_rad, from_mm, to_mm in (
+            ("first", lean_rad, -4.3, 0.0),
+            ("second", lean_rad + turn_rad, 0.0, 3.7),
+        )
+    )
+    profile = Profile((first, second), junctions_of((first, second)))
+    out = sampled(np.array([0.0]), np.array([beyond_mm * turn_rad]))
+    before, after = centre_pieces(profile, shifted_contour(profile, [out, ZERO], 0.4))
+    assert (before.end_mm - 4.3, after.start_mm) == pytest.approx((beyond_mm, beyond_mm), abs=1e-4)
+
+
 def test_paths_that_run_on_in_one_direction_are_not_sought_to_cross() -> None:
     first, second = Line("first", (10.0, -4.0), (10.0, 0.0)), Line("second", (10.0, 0.0), (10.0, 5.0))
     profile = Profile((first, second), junctions_of((first, second)))

@@ -118,14 +118,31 @@ def test_it_fades_towards_a_tangent_neighbour_and_its_slope_follows() -> None:
     assert leaning == pytest.approx(1.5 / 4, rel=0.05)  # the steepest of 3u² − 2u³ is 3/2, over 4 times the way e'/κ
 
 
-def test_at_a_free_end_it_does_not_fade() -> None:
-    """E = 0.1 mm · cos φ falls fastest there, by 0.1 / 20: 20 mm · 0.005² = 0.5 µm are owed."""
-    steep = touched(DOME, [60], lambda points, normals: 0.1 * normals[:, 0])
+@pytest.mark.parametrize("at_end", [True, False])
+def test_at_a_free_end_it_does_not_fade_and_goes_on_as_it_is(at_end: bool) -> None:
+    """E = 0.1 mm · cos φ, or sin φ, changes fastest there, by 0.1 / 20: 20 mm · 0.005² = 0.5 µm are owed, beyond it
+    too.
+    """
+    steep = touched(DOME, [60], lambda points, normals: 0.1 * normals[:, 0 if at_end else 1])
     curve = fit_profile(DOME, steep, FitOptions(knot_every=4)).curves[0]
     out, own = to_take_out(DOME, 0, curve), of_curve(curve)
-    near = DOME.length_mm - np.array([0.1, 0.02])
-    np.testing.assert_allclose(out.value_mm(near) - own.value_mm(near), 20.0 * own.slope(near) ** 2, rtol=1e-6)
-    assert np.all(out.value_mm(near) - own.value_mm(near) > 0.4 * UM)
+    end, inwards = (DOME.length_mm, -1.0) if at_end else (0.0, 1.0)
+    near = end + inwards * np.array([0.1, 0.02, -0.02, -1.0])
+    owed = out.value_mm(near) - own.value_mm(near)
+    np.testing.assert_allclose(owed, 20.0 * own.slope(near) ** 2, rtol=1e-6)
+    assert np.all(owed > 0.4 * UM) and owed[3] == pytest.approx(owed[2], rel=1e-9)
+
+
+def test_beyond_the_ends_of_a_curve_the_term_goes_on_straight() -> None:
+    """E = 0.1 mm/rad · φ owes 0.01 κ, whose slope at the vertices of an ellipse is none."""
+    vectors = touched(EGG, [60], lambda points, normals: 0.1 * np.arctan2(normals[:, 1], normals[:, 0]))
+    term = of_slope(EGG, 0, fit_profile(EGG, vectors, FitOptions(knot_every=2)).curves[0])
+    for end, outwards in ((0.0, -1.0), (EGG.length_mm, 1.0)):
+        at_end, slope = term.value_mm(end), term.slope(end)
+        for beyond_mm in (0.5, 3.0):
+            wanted = at_end + slope * outwards * beyond_mm
+            assert term.value_mm(end + outwards * beyond_mm) == pytest.approx(wanted, abs=1e-12)
+    assert term.value_mm([0.0, EGG.length_mm]) == pytest.approx([0.01 / 37.5, 0.01 / 19.2], rel=0.02)
 
 
 def test_it_fades_at_an_end_that_joins_tangentially_as_well() -> None:
