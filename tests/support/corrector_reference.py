@@ -38,7 +38,7 @@ class Memory:
     fault_signal: int = -1
     correction: Array = field(default_factory=lambda: np.zeros(3))
     target: Array = field(default_factory=lambda: np.zeros(3))
-    slew: float = 1.0
+    slew: float = 0.0
     reached: bool = False
     pause: bool = False
     in_phase_s: float = 0.0
