@@ -2,17 +2,20 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from tests.support.surfaces import wavy_surface
 from trueloop.arrays import Array
+from trueloop.errors import TrueloopError
 from trueloop.geometry.surface import Surface, fit_grid
 from trueloop.nc.program.program import read_program
+from trueloop.surface.compensation import shift
 from trueloop.surface.compensation.cutter import Cutter, edge_centres_mm, tool_axes
-from trueloop.surface.compensation.shift import MovedFace, moved_locations, moved_over_faces, places
+from trueloop.surface.compensation.program import _cuts
+from trueloop.surface.compensation.shift import MovedFace, SurfaceJob, moved_locations, moved_over_faces, places
 from trueloop.surface.deviations.alignment import (
     DATUM,
     Faces,
@@ -23,6 +26,8 @@ from trueloop.surface.deviations.alignment import (
     spread_of,
 )
 from trueloop.surface.deviations.deviations import SurfaceDeviations
+from trueloop.surface.deviations.points import MeasuredPoints, on_face, refuse_unit
+from trueloop.surface.pattern.support import between
 from trueloop.surface.separation.moran import lattice_of
 from trueloop.surface.separation.separate import averaged_over_cells
 from trueloop.surface.separation.spline_surface import _lines
@@ -351,3 +356,74 @@ def test_rows_of_a_grid_that_leave_two_and_a_half_steps_open_are_no_full_grid(
     """Steps of a tenth: two are left open where a row is missing, three where two are, at either edge as inside."""
     found = _lines(np.repeat(np.array(tenths)[:, None] / 10, 3, axis=1))
     assert (found is not None) is full
+
+
+def test_between_samples_a_value_is_on_the_straight_line_between_them_up_to_the_last() -> None:
+    """Squares of 0, 1, 2 along v, ten more a row: 2.5 between 1 and 4, and 15 between rows 1 and 2."""
+    samples = 10.0 * np.arange(3)[:, None] + np.arange(3.0) ** 2
+    u, v = np.array([0.0, 0.75, 1.0, 0.25]), np.array([0.75, 0.0, 1.0, 0.25])
+    np.testing.assert_allclose(between(samples, u, v), [2.5, 15.0, 24.0, 5.5])
+
+
+def test_a_vector_of_which_one_part_is_said_has_none_of_the_others() -> None:
+    program = read_program(b"G21 G90 G94 G17\nG1 X0 Y0 Z0 F100\nX10 K1\nX20 I1\nM2\n", "linuxcnc")
+    path = program.run()
+    axes = tool_axes(program, path, "IJK", (0.0, 0.0, 1.0))
+    last = np.arange(len(path))[-3:]
+    wanted = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [math.sqrt(0.5), 0.0, math.sqrt(0.5)]])
+    np.testing.assert_allclose(axes.directions(last, np.ones(3)), wanted, atol=1e-12)
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """A face beside, cut away beyond v = 0.5."""
+
+    surface: Surface
+    number: int = 2
+
+    def trimmed_away(self, u: Array, v: Array) -> np.ndarray:
+        """Returns which places are cut away."""
+        return np.asarray(v > 0.5)
+
+
+def test_a_face_beside_is_cut_where_the_ball_touches_what_is_there_of_it_and_it_runs_on() -> None:
+    """A ball of 5 mm touches a floor of 20 × 10 mm within 50 µm; neither beside it, nor where it is cut away, nor
+    around an edge, from a face whose normal is more than 37° away; one with its normal inwards is as good.
+    """
+    centres = np.array([[5, 4, 5.0], [5, 4, 5.04], [5, 4, 5.06], [30, 4, 5], [5, 6, 5], [5, 4, 5], [5, 4, 5]], float)
+    normal = np.array([[0, 0, 1.0]] * 5 + [[0, 0.8, 0.6], [0, 0.5, 0.75**0.5]])
+    floor = _patch((0, 0, 0), (20, 0, 0), (0, 10, 0))
+    for face in (floor, floor.turned_over()):
+        cut = _cuts(_Beside(face), centres, normal, SurfaceJob(Cutter(5.0, 5.0)))
+        assert cut[[0, 1, 2, 3, 5, 6]].tolist() == [True, True, False, False, False, True]
+    assert not _cuts(_Beside(floor), centres, normal, SurfaceJob(Cutter(5.0, 5.0)))[4]
+
+
+@pytest.mark.parametrize(("as_wide", "told"), [(1.4, True), (1.6, False), (0.35, True), (0.25, False)])
+def test_points_in_inch_are_told_where_they_are_about_as_wide_as_the_face(as_wide: float, told: bool) -> None:
+    """Widths from 0.3 to 1.5 of the face's; all lie in its plane."""
+    x, y = (a.ravel() for a in np.meshgrid(*[np.linspace(0.0, 20.0 * as_wide, 5)] * 2))
+    points = np.column_stack([x, y, 0 * x]) / 25.4
+    if told:
+        with pytest.raises(TrueloopError, match=r"multiplied by 25\.4 they fit"):
+            refuse_unit(FLAT, points, np.full(25, 5.0), 0.0, "P1")
+    else:
+        refuse_unit(FLAT, points, np.full(25, 5.0), 0.0, "P1")
+
+
+def test_a_scan_all_of_which_is_far_off_but_not_farther_is_kept() -> None:
+    """0.6 mm high of 1 mm that is allowed, and nothing beyond: not cut off there, as it would be in another frame."""
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(1, 19, 9), np.linspace(1, 19, 9)))
+    scan = MeasuredPoints(np.column_stack([x, y, np.full(81, 0.6)]))
+    assert len(on_face(FLAT, scan, np.tile([0.0, 0.0, 1.0], (81, 1)), 1.0).points_mm) == 81
+
+
+@pytest.mark.parametrize(("degree", "count", "repeated"), [(3, 1, 2), (3, 2, 3), (2, 1, 3), (5, 1, 1), (5, 2, 1)])
+def test_a_cubic_refit_is_at_a_knot_as_smooth_as_the_normal(degree: int, count: int, repeated: int) -> None:
+    """A knot counted m times in degree p leaves p − m derivatives, the normal one less: 3 − (p − m − 1) times, from
+    once to three times.
+    """
+    knots = np.concatenate([np.zeros(degree + 1), np.full(count, 0.5), np.ones(degree + 1)])
+    refit = shift._lines(knots, degree, 8)
+    assert np.count_nonzero(refit.knots == 0.5) == repeated
+    assert np.count_nonzero(refit.knots == 0.25) == 1

@@ -153,6 +153,7 @@ def test_the_scatter_of_two_parts_is_judged_by_fisher_s_test() -> None:
     assert (found.index, found.sigma_mm, found.others_mm) == pytest.approx((1, loud.sigma_mm, quiet.sigma_mm))
     by_chance = 2 * f.sf((loud.sigma_mm / quiet.sigma_mm) ** 2, 600, 544)
     assert 1e-4 < by_chance < 0.5 and found.p_value == pytest.approx(by_chance, rel=1e-9)
+    assert scattering_part([quiet] * 3).p_value == 1.0  # three times a half
 
 
 @pytest.mark.parametrize("n", [8, 30, 200])

@@ -39,6 +39,17 @@ def test_the_read_back_of_an_inch_program_allows_two_steps_of_an_inch_program(mo
     assert told.value.code is Code.CMP_READ_BACK
 
 
+def test_no_block_is_put_before_one_that_switches() -> None:
+    """Chords of a pass onto waves of 20 µm need blocks between: before coolant is switched on, they would cut dry."""
+    source = "G21 G90 G94 G17\nG0 X2. Y10. Z5.\nG1 Z0. F100.\nX18.{switch}\nG0 Z5.\nM30\n"
+    waves = wavy_surface(20.0, 0.02)
+    plain, wet = (read_program(source.format(switch=word).encode(), "fanuc-mill") for word in ("", " M8"))
+    assert corrected_program(plain, FLAT, waves, BALL, "0123456789abcdef").new_blocks > 0
+    with pytest.raises(TrueloopError, match="which also switches or is the first") as told:
+        corrected_program(wet, FLAT, waves, BALL, "0123456789abcdef")
+    assert told.value.code is Code.SRF_PROGRAM and told.value.place.line == 4
+
+
 RAISED = replace(FLAT, control_mm=FLAT.control_mm + np.array([0.0, 0.0, 0.1]))
 """The corrected surface stands 0.1 mm higher everywhere."""
 
