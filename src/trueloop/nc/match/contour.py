@@ -116,7 +116,7 @@ def _chain(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> tuple[li
     chosen = [chain for chain in chains if len(chain) == longest][-1]
     return chosen, [
         wording(
-            "Of {chains} chains of feed moves, lines {first}–{last} were taken: {count} moves, the most, and the last "
+            "Lines {first}–{last} were taken: {count} feed moves, the longest uninterrupted chain of {chains}, the last "
             "of equals.",
             chains=len(chains),
             first=chosen[0].line,
