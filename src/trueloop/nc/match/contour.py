@@ -116,8 +116,8 @@ def _chain(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> tuple[li
     chosen = [chain for chain in chains if len(chain) == longest][-1]
     return chosen, [
         wording(
-            "Lines {first}–{last} were taken: {count} feed moves, the longest uninterrupted chain of {chains}, the last "
-            "of equals.",
+            "Lines {first}–{last} were taken: {count} feed moves, the longest uninterrupted chain of {chains}, the "
+            "last of equals.",
             chains=len(chains),
             first=chosen[0].line,
             last=chosen[-1].line,
