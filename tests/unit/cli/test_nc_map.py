@@ -54,15 +54,17 @@ def test_a_dry_run_lists_all_obstacles_with_line_and_code(tmp_path: Path) -> Non
     assert f"{program}:5:1: NC-FLOW" in first
 
 
-def test_a_dry_run_lists_all_errors_of_a_program_whose_chamfers_would_be_written_out(tmp_path: Path) -> None:
+def test_a_dry_run_lists_all_obstacles_of_a_program_whose_chamfers_would_be_written_out(tmp_path: Path) -> None:
     program = tmp_path / "part.nc"
-    program.write_text("G21 G99\nG0 X40. Z2.\nG1 X20. F0.1\nX#501\nX30. ,C1.\nZ-30.\nM98 P77\nX5025\nM30\n")
+    program.write_text(
+        "G21 G99\nG0 X40. Z2.\nG1 X20. F0.1\nX#501\nX30. ,C1.\nZ-30.\nM98 P77\nX5025\nG28 U0\nG1 Z-31.\nM30\n"
+    )
     shown = invoke(
         "nc", "map", program, "-d", "fanuc-lathe", "--scale", "1.001", "--dry-run", status=ExitStatus.FINDINGS
     ).stdout
     places = re.findall(rf"^{re.escape(str(program))}:(\d+):\d+: ([A-Z-]+): ", shown, re.M)
-    assert places == [("4", "NC-PARAMETER"), ("7", "NC-FLOW"), ("8", "NC-PARAMETER")], shown
-    assert json.loads(invoke("nc", "check", program, "-d", "fanuc-lathe", "--json").stdout)["obstacles_to_map"] == 3
+    assert places == [("4", "NC-PARAMETER"), ("7", "NC-FLOW"), ("8", "NC-PARAMETER"), ("10", "NC-MAP")], shown
+    assert json.loads(invoke("nc", "check", program, "-d", "fanuc-lathe", "--json").stdout)["obstacles_to_map"] == 4
 
 
 @pytest.mark.parametrize(

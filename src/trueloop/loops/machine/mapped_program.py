@@ -240,8 +240,8 @@ def obstacles(
     """Returns everything for which `mapped_pieces` would refuse the program, in the order of its lines.
 
     After a block that is refused the next ones are looked at as if it had been displaced. Of a program that was
-    corrected before that alone is returned; of one whose shapes cannot be written out, since it cannot be run, all
-    errors of running it.
+    corrected before that alone is returned. One whose shapes cannot be written out is looked at as it stands, apart
+    from the blocks with shapes.
     """
     try:
         survey = survey_of(source(), dialect)
@@ -250,21 +250,28 @@ def obstacles(
     found = list(_not_followed(survey, field))
     mapper = _mapper(field, survey, options, parameters)
     mapper.gather()
+    shaped = set[int]()
     try:
         text = _text(source, survey, field, options, parameters)
     except TrueloopError as refused:
         program = read_program(b"".join(source()), dialect, None, options.unit)
         path = program.run(parameters, skipped_blocks=options.skipped_blocks, strict=False)
-        errors = [error.as_error() for error in errors_in(path)]
-        told = any((error.code, error.place.line) == (refused.code, refused.place.line) for error in errors)
-        return _by_line([*found, *errors, *([] if told else [refused])])
+        found += [error.as_error() for error in errors_in(path)]
+        if all((error.code, error.place.line) != (refused.code, refused.place.line) for error in found):
+            found.append(refused)
+        # As it stands it is looked at but for what would be written out, and what is an error already.
+        text = _Text(source())
+        shaped = {program.core.block_at(each.start()) + 1 for each in _SHAPING.finditer(program.source)}
+        shaped |= {error.place.line for error in found if error.place.line}
     try:
         for _ in _displaced(mapper, text):
             pass
-        found += [_obstacle(text, *obstacle) for obstacle in mapper.obstacles()]
+        obstructing = [_obstacle(text, *obstacle) for obstacle in mapper.obstacles()]
+        found += [obstacle for obstacle in obstructing if obstacle.place.line not in shaped]
         _require_agreed(mapper, text, options.unit)
     except TrueloopError as refused:
-        found.append(refused)
+        if refused.place.line not in shaped:
+            found.append(refused)
     return _by_line(found)
 
 
