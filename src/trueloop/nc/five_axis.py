@@ -187,7 +187,16 @@ def five_axis_path(
     idle = (block for block in program.blocks if block.index not in run)
     not_run = tuple(block.line for block in idle if not set(LETTERS).isdisjoint(word.letter for word in block.words))
     unit = unit_of_path(program.unit, path)
-    return FiveAxisPath(program, moves, unit, not_run, parameters, skipped_blocks, stands_deg, tool_point)
+    return FiveAxisPath(
+        program=program,
+        moves=moves,
+        unit=unit,
+        not_run=not_run,
+        parameters=parameters,
+        skipped_blocks=skipped_blocks,
+        stands_deg=stands_deg,
+        tool_point=tool_point,
+    )
 
 
 @dataclass
