@@ -236,7 +236,7 @@ def test_an_offset_beyond_the_limit_is_refused() -> None:
     with pytest.raises(TrueloopError) as refused:
         pin(PIN.read_bytes(), (0.02, 0.5))
     assert refused.value.code is Code.CMP_SIZE
-    assert "the tool offset on Z would be -500.0 µm; the limit is 150.0 µm" in refused.value.message
+    assert "the tool offset on Z would be −500.0 µm; the limit is 150.0 µm" in refused.value.message
     assert "max_correction_um" in (refused.value.override or "")
 
 
