@@ -28,7 +28,7 @@ def readings(places: bool) -> st.SearchStrategy[Reading]:
         "other": NAMES,
         "axis": st.sampled_from("xyz"),
         "place_mm": st.lists(SIZES, min_size=1, max_size=3).map(tuple),
-        "standard_u": st.floats(1e-6, 1.0),
+        "standard_u": st.floats(1e-6, 0.25),
     }
     return st.builds(
         lambda limits, **fields: made(lower_limit=limits[0], upper_limit=limits[1], **fields),
