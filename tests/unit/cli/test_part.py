@@ -46,7 +46,7 @@ def test_the_table_goes_to_a_file_with_its_decisions_and_name(tmp_path: Path) ->
     assert (result.exit_code, result.stdout) == (ExitStatus.DONE, "")
     text = path.read_text()
     assert tomllib.loads(text)["part"]["name"] == "dome, 3.52 in"
-    assert text.startswith("# Of ")
+    assert text.startswith("# Lines ")
 
 
 def test_a_table_never_overwrites_its_program(tmp_path: Path) -> None:
