@@ -337,17 +337,18 @@ def test_it_is_asked_for_where_only_one_of_the_two_jobs_states_the_tool_s_number
 
 def test_of_a_day_without_a_time_its_corrections_may_have_been_in_force(tmp_path: Path) -> None:
     """Files that state a date alone are read as midnight."""
+    yesterday, before = ((datetime.now(UTC) - timedelta(days=days)).date() for days in (1, 2))
     correct(tmp_path, 1, FIRST, "contour")
     record = tmp_path / "o1/record.json"
-    record.write_text(sealed(re.sub(r'("made_at": )"[^"]*"', r'\1"2026-11-29T09:30:00+00:00"', record.read_text())))
+    record.write_text(sealed(re.sub(r'("made_at": )"[^"]*"', rf'\1"{yesterday}T09:30:00+00:00"', record.read_text())))
     with pytest.raises(TrueloopError, match="CMP-CUT-WITH"):
-        correct(tmp_path, 2, SECOND, "contour", "", "measured_at = 2026-11-29T00:00:00Z")
+        correct(tmp_path, 2, SECOND, "contour", "", f"measured_at = {yesterday}T00:00:00Z")
     second = correct(
-        tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"', "measured_at = 2026-11-29T00:00:00Z"
+        tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"', f"measured_at = {yesterday}T00:00:00Z"
     )
     assert all("29.946" in line or "35.946" in line for line in diameters(second))
     with pytest.raises(TrueloopError, match="MSR-OLD") as refused:  # the day before it was made
-        correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"', "measured_at = 2026-11-28T00:00:00Z")
+        correct(tmp_path, 2, SECOND, "contour", 'cut_with = "o1/record.json"', f"measured_at = {before}T00:00:00Z")
     assert "after_record" not in (refused.value.hint or "")
 
 
