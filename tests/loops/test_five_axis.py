@@ -291,7 +291,7 @@ ON = f"{IN}G43.4 H1 X0. Y0. Z5.\n"
     [
         ("fanuc-mill", f"{IN}G43.5 H1 Z50.\nG1 X5. I0. K1. F100.\n", Code.NC_OPAQUE, r"G43\.5: directions", 3),
         ("fanuc-mill", f"{IN}G43.4 H1 Z50.\nG1 X5. F100.\n", Code.MCH_FRAME, "Y is at a place that is not known", 4),
-        ("fanuc-mill", f"{ON}G2 X9. I4.5 J0. F100.\n", Code.NC_MAP, "is no straight move", 4),
+        ("fanuc-mill", f"{ON}G2 X9. I4.5 J0. F100.\n", Code.NC_MAP, "is not a straight move", 4),
         ("fanuc-mill", f"{ON}G1 G91 X9. F100.\n", Code.NC_MAP, "goes by an increment", 4),
         ("fanuc-mill", f"{ON}G1 A-90. F100.\n", Code.MCH_TRAVEL, "A would go to -", 4),
         ("fanuc-mill", f"{ON}G1 B9. F100.\n", Code.NC_MAP, "which the machine has not", 4),

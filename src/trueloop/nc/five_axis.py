@@ -241,7 +241,7 @@ class _Reader:
             yield self._move(block, own, state, said)
 
     def _require_followed(self) -> None:
-        """Raises the first finding of a code, word or mode that is not followed and is no switch that is."""
+        """Raises the first finding of what is not followed, apart from switches of tool point control."""
         for found in sorted((*self.program.findings, *self.path.findings), key=lambda one: one.place.line or 0):
             if found.severity is Severity.WARNING and self._matters(found):
                 at = self.program.block((found.place.line or 1) - 1).start + (found.place.column or 1) - 1
@@ -291,7 +291,7 @@ class _Reader:
         if len(own) > 1 or any(self.path.motion[k] not in (Motion.RAPID, Motion.LINE) for k in own):
             raise self._refusal(
                 block,
-                "is no straight move: an arc, a cycle or a touch",
+                "is not a straight move: an arc, a cycle or a touch",
                 "have it written in lines, or put what turns axes in cuts into a program of its own",
             )
         if self.tool_point is None:

@@ -256,7 +256,7 @@ def _check_axes(model: MachineModel, standing: Collection[str]) -> None:
         raise Code.RTC_MODEL.refusal(
             f"the {len(moving)} rotary axes {', '.join(moving)} may turn, and the component in the servo thread "
             "would not know",
-            hint="where they stand at 0 as long as the image is in use, say so",
+            hint="state it where they stay at 0 while the image is in use",
             override=" ".join(f"--standing {name}" for name in moving),
             values={"axes": moving},
         )

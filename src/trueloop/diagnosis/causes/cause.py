@@ -213,7 +213,9 @@ def tool_of(feature: str, part: SeenPart, places: Mapping[str, FeaturePlace]) ->
 
 
 def minutes_in_cut(number: int, tool: str, series: SeenSeries) -> float:
-    """Of the tool's edge when the part was cut; where it is not known, parts since the tool was set, in the middle."""
+    """Age of the tool's edge when the part was cut; where it is not known, the number of parts since the tool was set,
+    counted from their middle.
+    """
     part = series.parts[number]
     if tool in part.minutes_in_cut:
         return part.minutes_in_cut[tool]

@@ -69,7 +69,7 @@ class View:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A contour that a drawing may mean, its material on the right; `by_lines`: no hatching tells its bore."""
+    """A contour that may be the part's, its material on the right; `by_lines`: its bore follows from no hatching."""
 
     side: Side
     features: tuple[Feature, ...]

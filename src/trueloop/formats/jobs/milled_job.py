@@ -99,7 +99,7 @@ class MeasuredTable(Table):
     unit: Literal["mm", "inch"] | None = None
     """Unit of a file that does not state it."""
     device: str | None = None
-    """What measured; left out, the device that the file names, else the kind of file."""
+    """Name of the measuring device; by default the device that the file names, else the kind of file."""
     mapping: Path | None = None
     """What a table's columns mean, see [measurements.md](measurements.md#tables-by-mapping)."""
     entered: tuple[Path, ...] | None = None
@@ -116,7 +116,7 @@ class DeviceTable(Table):
     ring: Annotated[Positive, In("`unit`")]
     """Calibrated diameter of the ring gauge."""
     ring_measured: Annotated[Positive, In("`unit`")]
-    """The diameter that the device read there. What it is off by is taken out of what it measured."""
+    """Diameter that the device read there. Its deviation from the ring is taken out of the device's readings."""
 
 
 class MilledLimits(Table):

@@ -181,7 +181,7 @@ class _Pass:
 
 
 def check_store(store: Store, progress: Callable[[str], None] = lambda _: None) -> StoreCheck:
-    """Compares all that is stored with its hashes, then what the rows say of each other.
+    """Compares all stored values with their hashes, then rows with the rows that they refer to.
 
     `progress` is given what is being done. Where pages of a file are damaged, its rows may hold anything: they are not
     read. Raises STO-FILE, STO-BUSY.

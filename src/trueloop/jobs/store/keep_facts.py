@@ -1,4 +1,4 @@
-"""Keeping what a command found: in one transaction, the same facts once, and in words what was new.
+"""Keeps the results of a command in one transaction, each fact once, and reports what was new.
 
 The finish cut that an inspection shows: with which correction, by which of its programs, under which conditions.
 
@@ -169,7 +169,7 @@ def _is_of(correction: Correction[Any], program: bytes) -> bool:
 def _whole(
     store: Store, part: Part, corrections: Iterable[Correction[Any]], which: str
 ) -> Correction[turned.Correction]:
-    """The last one of them that has what the loop gave, and is for this part."""
+    """Returns the latest of them that holds a result of the loop and is for this part."""
     whole = [correction for correction in corrections if isinstance(correction.payload, turned.Correction)]
     if not whole:
         raise Code.STO_LINK.refusal(
@@ -188,7 +188,7 @@ def _whole(
 
 
 def _by_text(made: turned.Correction, program: bytes) -> Ran | None:
-    """Which program a text is; None: one that its control or a person changed, as its mark alone says."""
+    """Returns the program that a text is; None where it was changed after its correction: only its mark is left."""
     sha256, hashes = sha256_of(program), made.programs_sha256
     return next((ran for ran in (made.recommended, *Ran) if hashes.get(ran) == sha256), None)
 

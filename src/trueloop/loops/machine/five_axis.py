@@ -338,7 +338,7 @@ class _Writing:
                 share = f"{Decimal(self.feed_said) * pieces:f}"
             except InvalidOperation:
                 raise Code.NC_EDIT.refusal(
-                    f"the block becomes {pieces}, and its inverse time is no number that each could have a share of",
+                    f"the block is divided into {pieces}, and its inverse-time feed is an expression",
                     hint="write F as a number",
                     place=self.program.place(move.block.start),
                 ) from None
@@ -482,11 +482,11 @@ def _require_reached(
 
 
 def _require_as_intended(again: FiveAxisPath, writing: _Writing) -> None:
-    """Raises CMP-READ-BACK where the written program does not go where it shall."""
+    """Raises CMP-READ-BACK where the path of the written program is not the intended one."""
     ends = np.array([move.end for move in again.moves]).reshape(-1, len(LETTERS))
     wanted = np.array(writing.ends).reshape(-1, len(LETTERS))
     if len(ends) != len(wanted):
-        raise not_as_intended(f"the written program has {len(ends)} moves and shall have {len(wanted)}")
+        raise not_as_intended(f"the written program has {len(ends)} moves instead of {len(wanted)}")
     checked = np.array([letter in writing.letters for letter in LETTERS])
     compared = np.isfinite(ends) & np.isfinite(wanted) & checked
     off = np.where(compared, np.abs(ends - wanted), 0.0).max(axis=1, initial=0.0).tolist()

@@ -277,7 +277,7 @@ OTHER: Final = {
 
 
 def live_page(title: str, axes: str, signals: Sequence[str]) -> str:
-    """Writes the page; everything in it that changes has an id, which `told` fills."""
+    """Writes the page; what changes in it has an id, for which `told` returns the text."""
     rows = [
         (f"{words} ({'µm' if unit == 'um' else unit})", *(_cell(f"{what}_{axis}_{unit}") for axis in axes))
         for what, (words, unit) in ROWS.items()

@@ -131,7 +131,7 @@ def _serials(parts: Sequence[PartShape]) -> dict[str, Any]:
 
 
 def _bands(x: Sequence[float], parts: Sequence[PartShape], scale: float) -> list[Trace]:
-    """Of every part a bar from the lower to the upper end of its band."""
+    """Draws a bar for every part, from the lower to the upper end of its band."""
     xs: list[float | None] = []
     ys: list[float | None] = []
     for at, part_shape in zip(x, parts, strict=True):

@@ -22,7 +22,7 @@ from trueloop.wording import wording
 
 Role = Literal["viewer", "operator", "engineer", "admin", "cell", "metrics"]
 ROLES: tuple[Role, ...] = ("viewer", "operator", "engineer", "admin")
-"""Of persons, each may do what those before it may."""
+"""Roles of persons in ascending order: each has the rights of those before it."""
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ def refused(why: str) -> TrueloopError:
 TIMEOUT_S: Final = 10.0
 LARGEST: Final = 1 << 20
 KEPT: Final = timedelta(hours=1)
-"""How long is kept what it says of itself; its keys are asked for again where one is not among them."""
+"""How long the provider's configuration is kept; its keys are fetched again where a token names another."""
 
 
 @dataclass(frozen=True)

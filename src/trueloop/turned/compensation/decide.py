@@ -357,7 +357,7 @@ def upper_tail(ratio: float, over: float, under: float) -> float:
 NO_GAIN: Final = 1e-6
 """The share of a reading's weights below which an offset does not change the reading."""
 EXPANDED: Final = 2.0
-"""A deviation of so many standard uncertainties is none by chance."""
+"""Number of standard uncertainties above which a deviation is not taken for chance."""
 REACHED: Final = 0.25
 """The contour is changed for a reading of which the error curves explain this share at least."""
 

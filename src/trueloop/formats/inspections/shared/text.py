@@ -122,7 +122,7 @@ def number_in(text: str, path: Path, line: int, column: int | None = None) -> fl
     value = float(text.strip().replace(",", ".")) if NUMBER.fullmatch(text.strip()) else None
     if value is None or abs(value) > MOST:
         raise Code.MSR_NUMBER.refusal(
-            wording("{text!r} is no number with one decimal point or comma", text=text)
+            wording("{text!r} is not a number with one decimal point or comma", text=text)
             if value is None
             else wording("{text!r} is larger than {most:g}", text=text, most=MOST),
             hint=wording("write it without signs that group digits"),

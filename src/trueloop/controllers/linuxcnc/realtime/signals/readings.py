@@ -250,7 +250,7 @@ class Past(threading.Thread):
         return self.is_alive() and now_s - self.turned_s < 5 * self._every_s + 1
 
     def _write(self, now_s: float, read: Mapping[str, Reading]) -> None:
-        """A log that cannot be written is said once: the lags go on without it."""
+        """Reports once that the log cannot be written: the lags go on without it."""
         if self._log is None or not read.keys() >= set(self._sensors):
             return
         fault = ""
