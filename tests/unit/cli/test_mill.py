@@ -91,6 +91,25 @@ def test_three_parts_are_measured_and_the_control_is_set_between_them(tmp_path: 
     assert found["parts"] == ["1", "2", "3"] and found["unlike"] == [] and found["unused"] == []
 
 
+def _three_small_bores(folder: Path, dialect: str, unit: str = "mm") -> Path:
+    """A job of three bores of 12.7 mm that read 40 µm small, its program in inches."""
+    bore = "G0 X{x}. Y0.\nG1 Z-.5 F10.\nG41 D4 X{x}.25\nG3 I-.25\nG40 G1 X{x}.\nG0 Z1.\n"
+    bores = "".join(bore.format(x=x) for x in range(1, 4))
+    head = "G20 G17 G90 G40 G49\nT4 M6\nG54 G0 X1. Y0. S3000 M3\nG43 H4 Z1.\n"
+    (folder / "own.nc").write_text(f"{head}{bores}M30\n")
+    table = ["Characteristic,Feature,Type,Nominal [mm],Actual [mm]"]
+    table += [f"B{k}.d,B{k},diameter,12.7,12.66" for k in range(1, 4)]
+    (folder / "p.csv").write_text("\n".join(table))
+    inch, job = 25.4 if unit == "mm" else 1.0, folder / "job.toml"
+    feature = '[[feature]]\nname = "B{k}"\nkind = "bore"\nat = [{x}, 0.0, 0.0]\nsize = {size}\ndepth = {size}\n'
+    job.write_text(
+        f'name = "p"\nunit = "{unit}"\n'
+        + "".join(feature.format(k=k, x=inch * k, size=0.5 * inch) for k in range(1, 4))
+        + f'[program]\nfile = "own.nc"\ndialect = "{dialect}"\n[[measured]]\nfile = "p.csv"\n'
+    )
+    return job
+
+
 @pytest.mark.parametrize(("dialect", "register", "times"), [("fanuc-mill", "D4", 1), ("linuxcnc", "D4", 2)])
 def test_a_number_is_in_the_unit_and_of_the_register_of_its_control(
     tmp_path: Path, dialect: str, register: str, times: int
@@ -98,22 +117,7 @@ def test_a_number_is_in_the_unit_and_of_the_register_of_its_control(
     """An inch program, a job in mm: bores 40 µm small need the radius 20 µm smaller, 0.0008 in = 0.02032 mm, or twice
     that in LinuxCNC's table of diameters.
     """
-    bore = "G0 X{x}. Y0.\nG1 Z-.5 F10.\nG41 D4 X{x}.25\nG3 I-.25\nG40 G1 X{x}.\nG0 Z1.\n"
-    bores = "".join(bore.format(x=x) for x in range(1, 4))
-    head = "G20 G17 G90 G40 G49\nT4 M6\nG54 G0 X1. Y0. S3000 M3\nG43 H4 Z1.\n"
-    (tmp_path / "own.nc").write_text(f"{head}{bores}M30\n")
-    table = ["Characteristic,Feature,Type,Nominal [mm],Actual [mm]"]
-    table += [f"B{k}.d,B{k},diameter,12.7,12.66" for k in range(1, 4)]
-    (tmp_path / "p.csv").write_text("\n".join(table))
-    job = tmp_path / "job.toml"
-    job.write_text(
-        'name = "p"\nunit = "mm"\n'
-        + "".join(
-            f'[[feature]]\nname = "B{k}"\nkind = "bore"\nat = [{25.4 * k}, 0.0, 0.0]\nsize = 12.7\ndepth = 12.7\n'
-            for k in range(1, 4)
-        )
-        + f'[program]\nfile = "own.nc"\ndialect = "{dialect}"\n[[measured]]\nfile = "p.csv"\n'
-    )
+    job = _three_small_bores(tmp_path, dialect)
     [line, *_] = run("mill", "entries", job).splitlines()
     holds = "radius" if times == 1 else "diameter"
     millimetres = f"{-0.02032 * times:+.4f} mm"
@@ -122,6 +126,23 @@ def test_a_number_is_in_the_unit_and_of_the_register_of_its_control(
     assert entry["change_um"] == pytest.approx(-20.32)
     change = pytest.approx(-0.0008 * times)
     assert entry["at_control"] == {"name": register, "holds": holds, "change": change, "total": change, "unit": "in"}
+
+
+@pytest.mark.parametrize("unit", ["mm", "inch"])
+@pytest.mark.parametrize(("ring_off_mm", "radius_um"), [(-0.04, None), (0.0, -20.32), (0.04, -40.64)])
+def test_half_of_what_a_ring_is_read_off_is_taken_out_of_every_wall(
+    tmp_path: Path, unit: str, ring_off_mm: float, radius_um: float | None
+) -> None:
+    """Bores that read 40 µm small: by a device that reads a ring 40 µm small as well, they are right; by one that reads
+    it 40 µm large, they are 80 µm small, and the radius is 40 µm too large, 0.0016 in.
+    """
+    job, per_mm = _three_small_bores(tmp_path, "fanuc-mill", unit), 1.0 if unit == "mm" else 1.0 / 25.4
+    ring, measured = 25.0 * per_mm, (25.0 + ring_off_mm) * per_mm
+    device = f'device = "probe"\n[[device]]\nname = "probe"\nring = {ring}\nring_measured = {measured}\n'
+    job.write_text(job.read_text() + device)
+    entries = json.loads(run("mill", "entries", job, "--json"))["entries"]
+    radii = [one["change_um"] for one in entries if one["at_control"]["name"] == "D4"]
+    assert radii == ([] if radius_um is None else [pytest.approx(radius_um)])
 
 
 def test_a_part_that_was_not_cut_with_the_stated_numbers_is_refused(tmp_path: Path) -> None:
