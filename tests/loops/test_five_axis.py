@@ -217,6 +217,36 @@ def test_inverse_time_of_a_block_is_shared_by_its_pieces(tmp_path: Path) -> None
     assert re.search(r"F\d+\.(\s|$)", written)  # 10. stays a number with a point
 
 
+@pytest.mark.parametrize("on", ["G43.4 H1", "G43 H1"])
+def test_a_shift_of_the_zero_moves_the_words_and_nothing_else(tmp_path: Path, on: str) -> None:
+    """G52 by (5, −3, 2) mm before words that are smaller by as much: one place of the machine."""
+    control = _Control(STRUCTURES["table-table AC"])
+    shift = {"X": 5.0, "Y": -3.0, "Z": 2.0}
+    text = _program(_cut(control, on == "G43.4 H1", 4), on)
+    less = re.sub(r"([XYZ])(-?[\d.]+)", lambda one: f"{one[1]}{float(one[2]) - shift[one[1]]:.4f}", text)
+    shifted = less.replace("G54\n", "G54\nN150 G52 X5. Y-3. Z2.\n", 1).replace(
+        "G91 G28 Z-2.0000", "G52 X0. Y0. Z0.\nG91 G28 Z0."
+    )
+    found = [_ends(_compensated(tmp_path, control.model, one)[0], control.rotary) for one in (text, shifted)]
+    for number in range(FIRST_CUT, FIRST_CUT + 400, 100):
+        plain, moved = (np.array([place for place, _ in ends[number]]) for ends in found)
+        np.testing.assert_allclose(moved[:, :3] + list(shift.values()), plain[:, :3], atol=2e-6)
+        np.testing.assert_allclose(moved[:, 3:], plain[:, 3:], atol=2e-6)
+
+
+def test_an_error_larger_than_the_limit_is_refused_with_the_one_that_would_do(tmp_path: Path) -> None:
+    control = _Control(STRUCTURES["table-table AC"])
+    text = _program(_cut(control, True, 4), "G43.4 H1")
+    with pytest.raises(TrueloopError, match=r"the machine's error of [\d.]+ µm is larger than 20 µm") as refused:
+        _compensated(tmp_path, control.model, text, options=MapOptions(limit_mm=0.02))
+    assert refused.value.code is Code.CMP_SIZE
+    enough_um = int(re.search(r"--limit-um (\d+)", str(refused.value))[1])  # type: ignore[index]
+    assert _off(control, text, text, tool_point=True)[0] - 1 < enough_um
+    _compensated(tmp_path, control.model, text, options=MapOptions(limit_mm=1e-3 * enough_um))
+    with pytest.raises(TrueloopError, match="CMP-SIZE"):
+        _compensated(tmp_path, control.model, text, options=MapOptions(limit_mm=1e-3 * (enough_um - 1)))
+
+
 def test_an_axis_parallel_to_the_tool_stays_and_it_is_stated_what_is_left(tmp_path: Path) -> None:
     """With the tool along C nothing that C does turns it: the tip is right, the lean left is the machine's own."""
     control = _Control(STRUCTURES["table-table AC"])
