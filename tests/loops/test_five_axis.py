@@ -234,6 +234,23 @@ def test_a_shift_of_the_zero_moves_the_words_and_nothing_else(tmp_path: Path, on
         np.testing.assert_allclose(moved[:, 3:], plain[:, 3:], atol=2e-6)
 
 
+@pytest.mark.parametrize("feed", ["G94 G1 F31.5", "G93 G1"])
+def test_a_program_in_inches_goes_where_that_in_millimetres_does(tmp_path: Path, feed: str) -> None:
+    """Angles stay degrees, and feeds what they were."""
+    control = _Control(STRUCTURES["head-table BC"])
+    cut = _cut(control, True, 4)
+    cut[1:] = [f"{words} F2.5" if feed.startswith("G93") else words for words in cut[1:]]
+    text = _program(cut, "G43.4 H1", feed)
+    inch = re.sub(r"([XYZ])(-?[\d.]+)", lambda one: f"{one[1]}{float(one[2]) / 25.4:.7f}", text).replace("G21", "G20")
+    found = [_ends(_compensated(tmp_path, control.model, one)[0], control.rotary) for one in (text, inch)]
+    assert list(found[0]) == list(found[1])
+    for number in range(FIRST_CUT, FIRST_CUT + 400, 100):
+        (places, feeds), (inches, same) = (map(np.array, zip(*ends[number], strict=True)) for ends in found)
+        np.testing.assert_allclose(inches[:, :3] * 25.4, places[:, :3], atol=3e-5)  # their sixth decimal is 25 nm
+        np.testing.assert_allclose(inches[:, 3:], places[:, 3:], atol=2e-6)
+        np.testing.assert_array_equal(same, feeds)
+
+
 def test_an_error_larger_than_the_limit_is_refused_with_the_one_that_would_do(tmp_path: Path) -> None:
     control = _Control(STRUCTURES["table-table AC"])
     text = _program(_cut(control, True, 4), "G43.4 H1")
